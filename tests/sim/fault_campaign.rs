@@ -68,6 +68,23 @@ fn servos_are_found_again_after_an_echo_has_ended() {
     }
 }
 
+/// Runs these cases, none of which violates a requirement or has an unexpected fault.
+fn assert_right(seeds: impl IntoIterator<Item = u64>) {
+    for seed in seeds {
+        let outcome = fault_campaign::run(seed);
+        assert_eq!(outcome.failures, [""; 0], "{seed}");
+        assert!(outcome.is_fault_expected, "{seed}: {:?}", outcome.fault);
+    }
+}
+
+/// A push that balances the motor, a gap of samples between obstacles, a command that is
+/// repeated before a turned bit of it is compared, a damaged packet that changes a servo's
+/// rate.
+#[test]
+fn faults_of_rare_cases_have_a_right_name() {
+    assert_right([12_090, 13_507, 14_469, 15_062, 15_416]);
+}
+
 #[test]
 fn a_seed_is_the_same_case_whenever_it_is_run() {
     // One of each kind of randomness: bytes, a second master, sensors, host, client, plant.

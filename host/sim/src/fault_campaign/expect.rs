@@ -13,6 +13,7 @@ use Fault::{
 use armbridge_shared::link::message::{Fault, Refusal, StopSource};
 use armbridge_shared::servo::Firmware;
 
+use super::case::Case;
 use super::kind::Kind;
 use crate::half_duplex_bus::BusDirection;
 
@@ -140,9 +141,9 @@ const TABLE: [Expected; 36] = rows! {
     Kind::ClockBack => [Clock]
         "no interval between two events is valid";
     Kind::Push => [ExternalTorque, SpeedLimit, AngleLimit, Diverged, TorqueLimit, TorqueRate,
-                   PwmLimit]
+                   PwmLimit, Stuck]
         "the loop counters a push with torque up to the limits; a stronger one moves the arm, \
-         or overcomes the friction that held it";
+         or overcomes the friction that held it; one that balances the motor is an obstacle";
     Kind::Corrupt => [Corrupted]
         "the parameters in force are not those that were set";
     Kind::CorruptState | Kind::CorruptDrive | Kind::CorruptReference => [Corrupted]
@@ -173,6 +174,14 @@ pub(super) fn expected(kind: Kind, servos: Firmware) -> &'static Expected {
     let row = rows.find(|row| (row.matches_kind)(kind));
     // Every kind has a row, as a test shows.
     row.unwrap_or(first)
+}
+
+/// Whether this fault is a right name for the kind in this case.
+pub(super) fn is_fault_expected(kind: Kind, fault: Fault, case: &Case) -> bool {
+    // While no sample arrives, an obstacle may keep the arm from where it is predicted.
+    let is_held = case.is_obstructed && matches!(kind, Kind::LineLow | Kind::LineHigh);
+    let is_listed = expected(kind, case.servos()).faults.contains(&fault);
+    is_listed || (is_held && fault == Diverged)
 }
 
 /// Whether this refusal to configure or arm names the fault.

@@ -280,7 +280,6 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
             .collect();
         let driver = self.fixture.driver();
         let (refusal, armed_us) = (driver.refusal, driver.armed_us);
-        let servos = case.servos();
         let is_allowed = |expectation| expectation != FaultExpectation::Forbidden;
         let is_of_start = case.injections.iter().all(|it| it.kind.is_from_start());
         let from_us = if is_of_start { armed_us } else { self.first_us };
@@ -288,8 +287,7 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
         match (self.fault, refusal) {
             (Some((fault, at_us)), _) => {
                 outcome.is_fault_expected = expectations.iter().any(|(kind, expectation)| {
-                    expect::expected(*kind, servos).faults.contains(&fault)
-                        && is_allowed(*expectation)
+                    expect::is_fault_expected(*kind, fault, case) && is_allowed(*expectation)
                 });
                 outcome.fault = Some(enum_names::fault(fault).into());
                 let from_us = from_us.or(self.first_us).unwrap_or(0);

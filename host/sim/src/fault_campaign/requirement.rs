@@ -146,8 +146,12 @@ fn when_ready(injection: &Injection, case: &Case) -> FaultExpectation {
         | Kind::FlashRot
         | Kind::HostFlood
         | Kind::ClockBack
-        | Kind::Corrupt
-        | Kind::CorruptDrive => required_if(is_armed),
+        | Kind::Corrupt => required_if(is_armed),
+        // A command that the host repeats may replace it before a tick compares it.
+        Kind::CorruptDrive => {
+            let is_repeated = matches!(case.activity, Activity::Stream | Activity::Torque);
+            required_if(is_armed && !is_repeated)
+        }
         // Only a reference in use is compared.
         Kind::CorruptReference => required_if(is_closed || case.activity == Activity::Armed),
         Kind::CorruptState | Kind::StopHost | Kind::StopPin | Kind::ClientStop => Required,

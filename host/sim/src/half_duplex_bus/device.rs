@@ -102,7 +102,7 @@ impl Device {
 
     /// Length of one bit at its present rate.
     #[inline]
-    pub(super) fn bit_ns(&self) -> u64 {
+    pub(crate) fn bit_ns(&self) -> u64 {
         match self {
             Self::Morpheus(servo) => servo.bit_ns(),
             Self::Stock(servo) => servo.bit_ns(),
