@@ -77,6 +77,15 @@ fn assert_right(seeds: impl IntoIterator<Item = u64>) {
     }
 }
 
+/// A servo that was cut off inside a packet waits for up to 254 bytes, which ticks of 5 and
+/// 10 ms do not carry in time; at 57 600 baud a stop sequence lasts longer than its interval.
+#[test]
+fn motors_are_off_in_time_after_a_packet_was_cut_off() {
+    assert_right([
+        1_396, 4_967, 5_309, 9_555, 10_261, 12_373, 15_552, 17_069, 17_983,
+    ]);
+}
+
 /// A push that balances the motor, a gap of samples between obstacles, a command that is
 /// repeated before a turned bit of it is compared, a damaged packet that changes a servo's
 /// rate.

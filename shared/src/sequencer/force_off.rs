@@ -15,7 +15,13 @@
 //!
 //! Evidence is discarded once a servo has been silent for [`SILENT_TICKS`], and again
 //! when it answers: the wire or the servo may have come back. Until all is collected the
-//! stop sequence is repeated, each [`REPEAT_US`], and after [`SLOW_AFTER_US`] less often.
+//! stop sequence is repeated, [`REPEAT_US`] after its end, and after [`SLOW_AFTER_US`] less
+//! often. The first step after a tick is always a check, so that sequences on a slow bus do
+//! not keep checks away.
+//!
+//! A silent servo may be inside a packet that was cut off, and wait for up to 254 bytes.
+//! Ticks that are [`RARE_US`] apart, or more, carry these too slowly: a stop sequence follows
+//! each of them.
 //! A servo that has left the ticks' chain, as a Morpheus servo has after a reset, still
 //! answers requests to its own id.
 //!
@@ -26,9 +32,12 @@ use crate::JOINTS;
 use crate::link::message::{OffReport, OffState, Sample};
 use crate::servo::Firmware;
 
-/// Interval of stop sequences while a servo is not confirmed off, in µs. Between them the
-/// ticks command it off, and read back.
+/// Time in µs from the end of a stop sequence to the next while a servo is not confirmed
+/// off. Between them the ticks command it off, and read back.
 const REPEAT_US: u64 = 50_000;
+/// Time in µs that is left after a tick above which ticks are too rare for a servo that
+/// waits for the rest of a packet: of about 30 bytes each, they would take 20 ms.
+const RARE_US: u64 = 2_000;
 /// Time in µs after which a stop sequence follows for motors that ticks alone, without a
 /// fault, have commanded off and that are not confirmed off.
 const STOP_DELAY_US: u64 = 100_000;
@@ -109,15 +118,19 @@ impl ForceOff {
 
     /// Whether a stop sequence is due.
     pub(super) fn is_stop_due(&self, now_us: u64) -> bool {
-        now_us >= self.next_stop_us && !self.is_off()
+        now_us >= self.next_stop_us && !self.is_off() && self.next_check().is_none()
     }
 
-    /// Notes that a stop sequence is sent now.
+    /// Notes that a stop sequence has ended now.
     pub(super) fn note_stop(&mut self, now_us: u64) {
         self.is_commanded = true;
         self.stops = self.stops.saturating_add(1);
-        let is_old = now_us.saturating_sub(self.since_us) >= SLOW_AFTER_US;
-        self.next_stop_us = now_us + if is_old { SLOW_FACTOR } else { 1 } * REPEAT_US;
+        let factor = if self.is_old(now_us) { SLOW_FACTOR } else { 1 };
+        self.next_stop_us = now_us + factor * REPEAT_US;
+    }
+
+    fn is_old(&self, now_us: u64) -> bool {
+        now_us.saturating_sub(self.since_us) >= SLOW_AFTER_US
     }
 
     /// Takes the samples of a tick that commanded every motor off.
@@ -154,9 +167,13 @@ impl ForceOff {
         })
     }
 
-    /// Notes that the check has been sent.
-    pub(super) fn note_sent(&mut self, check: OffCheck) {
+    /// Notes that the check has been sent, this time before the next tick.
+    pub(super) fn note_sent(&mut self, check: OffCheck, now_us: u64, left_us: u64) {
         self.is_checked = true;
+        let is_silent = self.silent_ticks.iter().any(|silent| *silent > 0);
+        if is_silent && left_us > RARE_US && !self.is_old(now_us) {
+            self.next_stop_us = now_us;
+        }
         if check.kind == CheckKind::ReadBack {
             self.next_joint = check.joint + 1;
         }
@@ -274,7 +291,7 @@ mod tests {
     fn tick(off: &mut ForceOff, now_us: u64, samples: [Sample; JOINTS], read_back: &[u8]) {
         off.note_tick(now_us, samples);
         if let Some(check) = off.next_check() {
-            off.note_sent(check);
+            off.note_sent(check, now_us, 0);
             let data: &[u8] = match check.kind {
                 CheckKind::Ping => &[1],
                 CheckKind::ReadBack => read_back,
@@ -282,6 +299,18 @@ mod tests {
             off.note_reply(check, Firmware::Morpheus, Some(data), now_us);
         }
         assert_eq!(off.next_check(), None, "one a tick");
+    }
+
+    /// Runs a tick, after which no servo answers a check in the time that is left.
+    fn deaf_tick(off: &mut ForceOff, now_us: u64, samples: [Sample; JOINTS], left_us: u64) {
+        off.note_tick(now_us, samples);
+        assert!(
+            !off.is_stop_due(now_us + 1_000_000),
+            "the check comes first"
+        );
+        let check = off.next_check().unwrap();
+        off.note_sent(check, now_us, left_us);
+        off.note_reply(check, Firmware::Morpheus, None, now_us);
     }
 
     #[test]
@@ -326,9 +355,10 @@ mod tests {
             tick(&mut off, ms * 1_000, [HEARD; JOINTS], &OFF);
         }
         assert!(off.is_off());
-        for ms in 5..=7 {
+        for ms in 5..=6 {
             off.note_tick(ms * 1_000, [HEARD, SILENT]);
         }
+        deaf_tick(&mut off, 7_000, [HEARD, SILENT], 0);
         assert!(!off.is_off() && off.is_stop_due(300_000));
         let report = off.take_report(300_000).unwrap();
         assert_eq!(report.joints, [OffState::Off, OffState::OutOfReach]);
@@ -346,11 +376,30 @@ mod tests {
         off.begin(0, false);
         assert!(!off.is_stop_due(99_999) && off.is_stop_due(100_000));
         off.note_stop(100_000);
+        deaf_tick(&mut off, 101_000, [HEARD; JOINTS], 0);
         assert!(!off.is_stop_due(149_999) && off.is_stop_due(150_000));
         // Motors that are off without a fault need no report.
         for ms in 160..=163 {
             tick(&mut off, ms * 1_000, [HEARD; JOINTS], &OFF);
         }
         assert_eq!(off.take_report(1_000_000), None);
+    }
+
+    #[test]
+    fn a_stop_follows_each_tick_that_a_servo_misses_if_ticks_are_rare() {
+        let mut off = ForceOff::default();
+        off.begin(0, true);
+        off.note_stop(7_000);
+        // Heard, or at a kilohertz, it comes later.
+        deaf_tick(&mut off, 8_000, [HEARD; JOINTS], 4_000);
+        assert!(!off.is_stop_due(56_999) && off.is_stop_due(57_000));
+        deaf_tick(&mut off, 9_000, [SILENT, HEARD], 400);
+        assert!(!off.is_stop_due(56_999));
+        deaf_tick(&mut off, 10_000, [SILENT, HEARD], 4_000);
+        assert!(off.is_stop_due(10_000));
+        // One that stays away gets no more than others.
+        off.note_stop(SLOW_AFTER_US);
+        deaf_tick(&mut off, SLOW_AFTER_US + 1_000, [SILENT; JOINTS], 4_000);
+        assert!(!off.is_stop_due(SLOW_AFTER_US + SLOW_FACTOR * REPEAT_US - 1));
     }
 }

@@ -81,7 +81,8 @@ where
         };
         let is_sent = self.request(&request, tick_due_us);
         if is_sent {
-            self.off.note_sent(check);
+            let left_us = tick_due_us.saturating_sub(self.now_us);
+            self.off.note_sent(check, self.now_us, left_us);
         }
         is_sent
     }

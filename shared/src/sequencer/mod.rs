@@ -342,7 +342,6 @@ where
             &BAUD_RATES
         };
         self.stops = StopPlan::new(likely, others);
-        self.off.note_stop(self.now_us);
     }
 
     /// Begins a search.

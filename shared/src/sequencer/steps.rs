@@ -160,6 +160,10 @@ where
                     None => self.line_up(),
                 }
             }
+            (Transaction::Stop | Transaction::BriefStop, _) if self.stops.is_done() => {
+                self.off.note_stop(self.now_us);
+                BusEvent::Searching
+            }
             // One of a plan's stops, or the state has changed since.
             (
                 Transaction::Stop
