@@ -165,10 +165,14 @@ where
         if self.sequencer.is_lent() {
             self.relay();
         } else if self.sequencer.is_ticking() {
-            if now_us >= tick_due_us {
-                self.begin_tick();
-            } else if !self.use_idle_slot(tick_due_us) {
-                self.serve_client(tick_due_us);
+            let is_due = now_us >= tick_due_us;
+            let is_slot = !is_due || self.sequencer.is_check_due();
+            if !(is_slot && self.use_idle_slot(tick_due_us)) {
+                if is_due {
+                    self.begin_tick();
+                } else {
+                    self.serve_client(tick_due_us);
+                }
             }
         }
         Err(nb::Error::WouldBlock)

@@ -183,8 +183,9 @@ pub struct BusSequencer<S, D> {
     is_planned_stop: bool,
     /// Whether bytes of the servos are tapped for the client.
     is_tapping: bool,
-    /// Firmware of the servos when they were found last.
+    /// Firmware and speed of the servos when they were found last.
     firmware: Option<Firmware>,
+    found_baud: u32,
     /// Start of the next step of a search, in µs.
     next_us: u64,
     now_us: u64,
@@ -215,6 +216,7 @@ where
             is_planned_stop: false,
             is_tapping: false,
             firmware: None,
+            found_baud: BAUD_RATES[0],
             next_us: now_us,
             now_us,
             tick: 0,
@@ -389,6 +391,13 @@ where
     /// Reply to the last request.
     pub fn reply(&self) -> Option<&Payload> {
         self.master.reply()
+    }
+
+    /// Whether a check of the motors goes before a tick that is due: with motors off a late
+    /// tick does no harm, and on a slow bus ticks may leave no idle slot.
+    pub fn is_check_due(&self) -> bool {
+        let is_off = self.state == State::ForceOff && self.permission == BusPermission::Off;
+        is_off && self.off.next_check().is_some()
     }
 
     /// Whether planned stops are under way or to be sent.

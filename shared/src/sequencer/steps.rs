@@ -162,6 +162,10 @@ where
             }
             (Transaction::Stop | Transaction::BriefStop, _) if self.stops.is_done() => {
                 self.off.note_stop(self.now_us);
+                if self.is_ticking() {
+                    // Not busy: the stop has ended.
+                    let _ = self.master.set_line(self.firmware(), self.found_baud);
+                }
                 BusEvent::Searching
             }
             // One of a plan's stops, or the state has changed since.
@@ -216,6 +220,7 @@ where
 
     fn line_up(&mut self) -> BusEvent {
         self.state = State::ForceOff;
+        self.found_baud = self.baud();
         self.off.resume(self.now_us);
         self.health.restart(self.now_us);
         BusEvent::LinedUp
