@@ -86,6 +86,12 @@ fn motors_are_off_in_time_after_a_packet_was_cut_off() {
     ]);
 }
 
+/// Stock servos that did not receive their torque enable.
+#[test]
+fn servos_that_were_not_reset_are_not_called_so() {
+    assert_right([4_634, 12_078, 12_250, 14_918, 17_174]);
+}
+
 /// A push that balances the motor, a gap of samples between obstacles, a command that is
 /// repeated before a turned bit of it is compared, a damaged packet that changes a servo's
 /// rate.

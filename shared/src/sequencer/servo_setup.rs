@@ -13,6 +13,7 @@
 
 use super::setup_step::{SavedConfig, ServoSettings, SetupGoal, SetupStep, Step};
 use crate::JOINTS;
+use crate::servo::master::timing::CONTROL_STEP_US;
 use crate::servo::{Packet, ServoId};
 
 /// Time without requests after a write to a servo's EEPROM, in µs. The e-Manual
@@ -65,7 +66,8 @@ impl ServoSetup {
         let pause_us = if step.step.writes_eeprom() {
             EEPROM_US
         } else {
-            0
+            // Until its control step is over, a servo that has replied may not listen.
+            CONTROL_STEP_US
         };
         let next = match (step.step, data.and_then(ServoSettings::decode)) {
             (Step::Read | Step::Reread | Step::Verify, Some(settings)) => {
@@ -76,8 +78,9 @@ impl ServoSetup {
                         saved.before = Some(settings);
                     }
                 }
-                if is_check && !settings.are_ready() {
-                    return Progress::Refused(step.joint);
+                if is_check && !settings.are_in_force() {
+                    let again = step.again().map(|again| Progress::Step(again, pause_us));
+                    return again.unwrap_or(Progress::Refused(step.joint));
                 }
                 step.after()
             }
@@ -86,6 +89,7 @@ impl ServoSetup {
                 step: Step::EnableReplies,
                 ..step
             }),
+            (Step::Verify, None) if step.again().is_some() => step.again(),
             (Step::Reread | Step::Verify, None) => return Progress::Silent(step.joint),
             (
                 Step::EnableReplies
@@ -106,5 +110,95 @@ impl ServoSetup {
     /// Drops the saved settings: the servos are as they were found.
     pub(super) fn clear(&mut self) {
         *self = Self::default();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::super::setup_step::RegisterAccess;
+    use super::*;
+    use crate::servo::protocol1::register::TORQUE_ENABLE;
+    use std::vec::Vec;
+
+    /// A servo's registers, as it comes from the factory, with torque off.
+    fn factory() -> [u8; 50] {
+        let mut memory = [0; 50];
+        memory[5] = 250;
+        memory[8..10].copy_from_slice(&1023_u16.to_le_bytes());
+        memory[14..16].copy_from_slice(&1023_u16.to_le_bytes());
+        memory[16] = 2;
+        memory
+    }
+
+    /// Reads and prepares servos with these registers; every write that `is_lost` selects by
+    /// its number is lost. Joint and address of each write, and the end.
+    fn prepared(
+        servos: &mut [[u8; 50]; JOINTS],
+        is_lost: impl Fn(usize) -> bool,
+    ) -> (Vec<(usize, u8)>, Progress) {
+        let ids = [1, 2].map(|id| ServoId::new(id).unwrap());
+        let (mut setup, mut writes) = (ServoSetup::default(), Vec::new());
+        let mut end = Progress::Done(SetupGoal::Read);
+        for first in [SetupStep::READ, SetupStep::PREPARE] {
+            let mut step = first;
+            end = loop {
+                step = match setup.request(step, ids) {
+                    Ok((step, _, _)) => step,
+                    Err(goal) => break Progress::Done(goal),
+                };
+                let memory = &mut servos[step.joint];
+                let data = match step.access(&setup.saved[step.joint]).unwrap() {
+                    RegisterAccess::Read => Some(&memory[5..25]),
+                    RegisterAccess::Write(address, data) => {
+                        writes.push((step.joint, address));
+                        if !is_lost(writes.len() - 1) {
+                            memory[usize::from(address)..][..data.len()].copy_from_slice(&data);
+                        }
+                        None
+                    }
+                };
+                match setup.note_reply(step, data) {
+                    Progress::Step(next, pause_us) => {
+                        assert!(pause_us >= CONTROL_STEP_US);
+                        step = next;
+                    }
+                    end => break end,
+                }
+            };
+        }
+        (writes, end)
+    }
+
+    #[test]
+    fn torque_is_enabled_once_no_eeprom_is_left_to_write() {
+        let mut servos = [factory(); JOINTS];
+        let (writes, end) = prepared(&mut servos, |_| false);
+        assert_eq!(end, Progress::Done(SetupGoal::Prepare));
+        let of = |joint| [(joint, TORQUE_ENABLE), (joint, 6), (joint, 5)];
+        let then = |joint| [(joint, 32), (joint, TORQUE_ENABLE)];
+        assert_eq!(writes, [&of(0)[..], &of(1), &then(0), &then(1)].concat());
+        assert!(
+            servos
+                .iter()
+                .all(|memory| memory[24] == 1 && memory[5] == 10)
+        );
+    }
+
+    #[test]
+    fn a_lost_write_is_repeated() {
+        for lost in 0..10 {
+            let mut servos = [factory(); JOINTS];
+            let (_, end) = prepared(&mut servos, |write| write == lost);
+            assert_eq!(end, Progress::Done(SetupGoal::Prepare), "{lost}");
+            assert!(
+                servos
+                    .iter()
+                    .all(|memory| memory[24] == 1 && memory[5] == 10)
+            );
+        }
+        let (writes, end) = prepared(&mut [factory(); JOINTS], |_| true);
+        assert_eq!(end, Progress::Refused(0));
+        assert!(writes.len() < 60, "{}", writes.len());
     }
 }

@@ -7,8 +7,8 @@ use crate::servo::Packet;
 use crate::servo::master::timing::RETURN_DELAY_US;
 use crate::servo::protocol1::{Instruction, register};
 
-/// Bytes of the settings that are read at once: return delay through status return level.
-const SETTINGS_BYTES: u8 = register::STATUS_RETURN_LEVEL - register::RETURN_DELAY + 1;
+/// Bytes that are read at once: return delay through torque enable.
+const SETTINGS_BYTES: u8 = register::TORQUE_ENABLE - register::RETURN_DELAY + 1;
 /// [`RETURN_DELAY_US`] in the register's unit.
 const RETURN_DELAY: u8 = (RETURN_DELAY_US / 2) as u8;
 /// Angle limits of wheel mode.
@@ -16,6 +16,10 @@ const WHEEL: [u8; 4] = [0; 4];
 /// Status return level with which READ is answered and WRITE is not: the least that a
 /// tick needs.
 const LEVEL_READ: u8 = 1;
+
+/// Most repetitions of the steps of servos that are not ready after them: a write was lost,
+/// or a reply.
+const REPEATS_MAX: u8 = 3;
 
 /// Settings in a stock servo's EEPROM that the bridge changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,6 +30,8 @@ pub(super) struct ServoSettings {
     max_torque: [u8; 2],
     /// Status return level.
     level: u8,
+    /// Torque enable, which is no setting.
+    torque: u8,
 }
 
 impl ServoSettings {
@@ -39,12 +45,18 @@ impl ServoSettings {
             limits: memory.get(limits..limits + 4)?.try_into().ok()?,
             max_torque: memory.get(max_torque..max_torque + 2)?.try_into().ok()?,
             level: *memory.get(at(register::STATUS_RETURN_LEVEL))?,
+            torque: *memory.get(at(register::TORQUE_ENABLE))?,
         })
     }
 
     /// Whether the servo takes torque with these settings.
     pub(super) fn are_ready(self) -> bool {
         self.return_delay == RETURN_DELAY && self.limits == WHEEL && self.level > 0
+    }
+
+    /// Whether it would obey a torque now.
+    pub(super) fn are_in_force(self) -> bool {
+        self.are_ready() && self.torque == 1
     }
 }
 
@@ -63,6 +75,8 @@ pub(crate) struct SetupStep {
     pub(super) goal: SetupGoal,
     pub(super) joint: usize,
     pub(super) step: Step,
+    /// Repetitions of steps so far.
+    pub(super) repeats: u8,
 }
 
 /// Purpose of the set-up.
@@ -94,7 +108,7 @@ pub(crate) enum Step {
     TorqueOff,
     /// Writes the status return level.
     StatusLevel,
-    /// Reads the settings to compare them with the goal.
+    /// Reads settings and torque enable to compare them with the goal.
     Verify,
 }
 
@@ -124,16 +138,19 @@ impl SetupStep {
         goal: SetupGoal::Read,
         joint: 0,
         step: Step::Read,
+        repeats: 0,
     };
     pub(super) const PREPARE: Self = Self {
         goal: SetupGoal::Prepare,
         joint: 0,
         step: Step::TorqueOff,
+        repeats: 0,
     };
     pub(super) const RESTORE: Self = Self {
         goal: SetupGoal::Restore,
         joint: 0,
         step: Step::TorqueOff,
+        repeats: 0,
     };
 
     /// Whether the set-up restores the servos.
@@ -141,35 +158,43 @@ impl SetupStep {
         self.goal == SetupGoal::Restore
     }
 
-    /// The step after this one; `None` after the last joint's last.
+    /// The step with which this joint is made ready once more; `None` if that has been tried
+    /// often enough.
+    pub(super) fn again(self) -> Option<Self> {
+        (self.repeats < REPEATS_MAX).then_some(Self {
+            step: Step::TorqueOff,
+            repeats: self.repeats + 1,
+            ..self
+        })
+    }
+
+    /// The step after this one; `None` after the last.
     pub(super) fn after(self) -> Option<Self> {
         use Step::{
             AngleLimits, EnableReplies, Read, Reread, ReturnDelay, StatusLevel, TorqueOff,
             TorqueOn, Verify, ZeroSpeed,
         };
-        let step = match (self.goal, self.step) {
-            (_, EnableReplies) => Some(Reread),
+        let of_this = |step| Some((self.joint, step));
+        let of_next = |step| (self.joint + 1 < JOINTS).then_some((self.joint + 1, step));
+        let (joint, step) = match (self.goal, self.step) {
+            (_, EnableReplies) => of_this(Reread),
             // An EEPROM is written with torque off.
-            (_, TorqueOff) => Some(AngleLimits),
-            (_, AngleLimits) => Some(ReturnDelay),
-            (SetupGoal::Restore, ReturnDelay) => Some(StatusLevel),
-            (_, ReturnDelay) => Some(ZeroSpeed),
-            (_, ZeroSpeed) => Some(TorqueOn),
-            (_, TorqueOn) => Some(Verify),
-            (_, Verify | StatusLevel | Read | Reread) => None,
-        };
-        match (step, self.goal) {
-            (Some(step), _) => Some(Self { step, ..self }),
-            (None, _) if self.joint + 1 >= JOINTS => None,
-            (None, goal) => Some(Self {
-                joint: self.joint + 1,
-                ..match goal {
-                    SetupGoal::Read => Self::READ,
-                    SetupGoal::Prepare => Self::PREPARE,
-                    SetupGoal::Restore => Self::RESTORE,
-                }
-            }),
-        }
+            (_, TorqueOff) => of_this(AngleLimits),
+            (_, AngleLimits) => of_this(ReturnDelay),
+            (SetupGoal::Restore, ReturnDelay) => of_this(StatusLevel),
+            // No servo has torque while the board waits for the EEPROM of another.
+            (_, ReturnDelay) => of_next(TorqueOff).or(Some((0, ZeroSpeed))),
+            (_, ZeroSpeed) => of_this(TorqueOn),
+            (_, TorqueOn) => of_this(Verify),
+            (_, Verify) => of_next(ZeroSpeed),
+            (_, StatusLevel) => of_next(TorqueOff),
+            (_, Read | Reread) => of_next(Read),
+        }?;
+        Some(Self {
+            joint,
+            step,
+            ..self
+        })
     }
 
     /// Settings that the goal requires: ready, or as found.

@@ -9,7 +9,7 @@ use super::super::exchange::{Exchange, Readiness};
 use super::super::port::bytes_us;
 
 pub use super::super::exchange::GUARD_US;
-pub use super::super::protocol1::RETURN_DELAY_US;
+pub use super::super::protocol1::{CONTROL_STEP_US, RETURN_DELAY_US};
 
 /// Longest time in µs until a servo of unknown settings begins its reply.
 pub const fn latency_us(firmware: Firmware) -> u32 {

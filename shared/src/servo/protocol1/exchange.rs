@@ -39,7 +39,7 @@ const WRITE_US: u64 = 20;
 /// Duration of the motor control step that a stock servo runs each millisecond, sending
 /// nothing meanwhile (same source). It may fall before or into a status packet,
 /// and into a long one several times.
-const CONTROL_STEP_US: u64 = 130;
+pub const CONTROL_STEP_US: u64 = 130;
 /// Longest time of a status packet with that delay beyond its bytes, if those
 /// take less than a millisecond.
 const SHORT_STATUS_US: u64 = RETURN_DELAY_US + STATUS_US + CONTROL_STEP_US;

@@ -33,6 +33,6 @@ pub use super::instruction::{DecodeError, Instruction, SyncBlocks};
 pub use super::protocol::PacketError;
 pub use alarms::Alarms;
 pub(super) use codec::torque_off;
-pub use exchange::RETURN_DELAY_US;
+pub use exchange::{CONTROL_STEP_US, RETURN_DELAY_US};
 pub use frame::{BROADCAST, Frame, Parser, Protocol1};
 pub use status::Status;
