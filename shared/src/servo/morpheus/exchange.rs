@@ -38,6 +38,12 @@ const GAP_MIN_US: u32 = 30;
 const POSITIONS_LATENCY_US: u64 = 310;
 /// Part of [`POSITIONS_LATENCY_US`] that two servos take when both answer.
 const POSITIONS_TYPICAL_US: u64 = 150;
+/// Time for which a successor waits longer at each step of the baud register: two steps of
+/// the servo's timer. At 57 600 baud that is 3.3 ms.
+const SUCCESSOR_STEP_US: u32 = 100;
+/// Value of the baud register at 1 Mbaud, and the speed at value 0.
+const BAUD_STEP_1M: u32 = 1;
+const BAUD_STEP_0: u32 = 2_000_000;
 /// Bytes of two positions.
 const POSITIONS_BYTES: u32 = 14;
 /// Bytes of a tick: SYNC_WR, CYCLE, positions.
@@ -98,7 +104,7 @@ fn tick(index: u8, drive: Request, line: &Line) -> Option<Step> {
         2 => Step::Send(Request::Cycle.encode()),
         3 => Step::Listen(
             ExpectedReplies::Chain(ReplyContent::Position),
-            bytes_us(POSITIONS_BYTES, line.baud) + POSITIONS_LATENCY_US,
+            positions_window_us(line.available_us, line.baud),
         ),
         _ => return None,
     })
@@ -119,6 +125,19 @@ fn start(index: u8, line: &Line) -> Option<Step> {
     })
 }
 
+/// Receive window of two positions. On a slow bus it has room for the wait of a successor, as
+/// far as the tick has: otherwise the silence of the first servo looks like that of both.
+fn positions_window_us(available_us: u32, baud: u32) -> u64 {
+    let steps = (BAUD_STEP_0 / baud.max(1)).saturating_sub(1 + BAUD_STEP_1M);
+    let successor_us = if steps > 0 {
+        let least_us = Morpheus::tick_us(baud, Readiness::Prepared);
+        (steps * SUCCESSOR_STEP_US).min(available_us.saturating_sub(least_us))
+    } else {
+        0
+    };
+    bytes_us(POSITIONS_BYTES, baud) + POSITIONS_LATENCY_US + u64::from(successor_us)
+}
+
 /// Pause between SYNC_WR and CYCLE: the longer one if the tick has room for it.
 fn gap_us(available_us: u32, baud: u32) -> u32 {
     let roomy_us = Morpheus::tick_us(baud, Readiness::Prepared) + (GAP_US - GAP_MIN_US);
@@ -136,5 +155,14 @@ mod tests {
     #[test]
     fn the_gap_is_short_where_the_period_is() {
         assert_eq!((gap_us(1_000, 1_000_000), gap_us(600, 1_000_000)), (80, 30));
+    }
+
+    #[test]
+    fn the_window_is_longer_on_a_slow_bus_with_room() {
+        let window_us = |period_us, baud| positions_window_us(period_us, baud);
+        assert_eq!(window_us(10_000, 1_000_000), 450);
+        assert_eq!(window_us(10_000, 500_000), 280 + 310 + 200);
+        assert_eq!(window_us(10_000, 57_142), 2_451 + 310 + 3_300);
+        assert_eq!(window_us(6_600, 57_142), 2_451 + 310 + 69);
     }
 }
