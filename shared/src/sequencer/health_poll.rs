@@ -4,7 +4,7 @@
 //! |-------------|-----------------------------------------------|--------------------|
 //! | temperature | each [`INTERVAL_US`], one servo after the other | a hot motor is switched off |
 //! | torque      | each [`TORQUE_US`], one stock servo after the other, while motors may be driven | a servo that was reset, and so has no torque, is detected |
-//! | ping        | a Morpheus servo has been missing for a half, five and six eighths of what is allowed | a servo that lost power for a moment, and so has left the chain, is distinguished from one that is gone or whose replies are damaged: it answers all three |
+//! | ping, twice | a Morpheus servo has been missing for two, three and four fifths of what is allowed | a servo that lost power for a moment, and so has left the chain, is distinguished from one that is gone or on a bad line: it answers all six, and so does the other if it is missing too |
 //!
 //! A temperature goes out if its reply is sure to be over before the next tick;
 //! after [`OVERDUE_US`] without such a slot, which is so at the shortest periods, a
@@ -34,9 +34,11 @@ const TORQUE_US: u64 = 40_000;
 const TORQUE_OVERDUE_US: u64 = 5_000;
 /// Longest wait of a temperature for a slot, in µs; then a tick waits for it.
 const OVERDUE_US: u64 = 1_000_000;
-/// Number of pings to a servo that is missing. On a line that passes one answer in
-/// three, a servo that is present but whose replies are damaged answers all three once in 27 times.
-const PINGS: u8 = 3;
+/// Number of pings to a servo that is missing, and of those in a row. On a line that damages
+/// one byte in 50, on which four ticks in a row fail now and then, a servo answers all six
+/// once in four times, and two servos all twelve once in 18.
+const PINGS: u8 = 6;
+const PINGS_IN_ROW: u8 = 2;
 
 /// Request of the health poll.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,7 +112,7 @@ impl HealthPoll {
             if missing == 0 {
                 (*pings, *pongs) = (0, 0);
             }
-            let due = 8 * missing >= (4 + u32::from(*pings)) * allowed;
+            let due = 5 * missing >= (2 + u32::from(*pings / PINGS_IN_ROW)) * allowed;
             if is_morpheus && due && *pings < PINGS {
                 return Some((HealthRequest::Ping { joint }, true));
             }
@@ -158,7 +160,8 @@ impl HealthPoll {
             HealthRequest::Ping { joint } => {
                 let pongs = self.pongs.get_mut(joint)?;
                 *pongs += u8::from(data.is_some_and(|data| firmware.is_pong(data)));
-                (*pongs == PINGS).then_some(Health::Reset { joint })
+                let is_reset = *pongs == PINGS && self.pongs == self.pings;
+                is_reset.then_some(Health::Reset { joint })
             }
             // Alarms are reported with samples.
             HealthRequest::Torque { joint } => {
@@ -185,6 +188,57 @@ impl HealthRequest {
             Self::Ping { .. } => Some(firmware.ping_query(servo)),
             Self::Torque { .. } => firmware.torque_query(servo),
             Self::Temperature { .. } => firmware.temperature_query(servo),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use heapless::Vec;
+
+    /// Runs ticks in which samples of these joints are missing, of five that may be; each
+    /// ping is answered or not. The tick with the verdict, and its joint.
+    fn verdict(missing: [bool; JOINTS], answers: impl Fn(usize) -> bool) -> Option<(u32, usize)> {
+        let mut poll = HealthPoll::default();
+        let pong = Payload {
+            data: Vec::from_slice(&[1]).unwrap(),
+            ..Payload::default()
+        };
+        let mut pings = 0;
+        for tick in 1..5 {
+            let dropouts = Dropouts {
+                in_row: missing.map(|missing| if missing { tick } else { 0 }),
+                allowed: 5,
+            };
+            while let Some((request @ HealthRequest::Ping { .. }, may_be_late)) =
+                poll.next(Firmware::Morpheus, 0, &dropouts, true)
+            {
+                assert!(may_be_late);
+                poll.note_sent(request, 0);
+                let reply = answers(pings).then_some(&pong);
+                pings += 1;
+                if let Some(Health::Reset { joint }) =
+                    poll.note_reply(request, Firmware::Morpheus, reply)
+                {
+                    return Some((tick, joint));
+                }
+            }
+        }
+        None
+    }
+
+    #[test]
+    fn a_servo_that_answers_every_ping_has_been_reset() {
+        assert_eq!(verdict([false, true], |_| true), Some((4, 1)));
+        assert_eq!(verdict([true, true], |_| true), Some((4, 0)));
+        for lost in 0..6 {
+            assert_eq!(verdict([true, false], |ping| ping != lost), None, "{lost}");
+        }
+        // A line on which the other is lost as well.
+        for lost in 0..10 {
+            let all = verdict([true, true], |ping| ping != lost);
+            assert_eq!(all, None, "{lost}");
         }
     }
 }
