@@ -94,6 +94,12 @@ fn servos_that_were_not_reset_are_not_called_so() {
     assert_right([4_634, 12_078, 12_250, 14_918, 17_174]);
 }
 
+/// A second master drives motors while the board looks for servos, or prepares them.
+#[test]
+fn a_second_master_does_not_keep_motors_on() {
+    assert_right([608, 2_116, 2_928, 9_540, 14_296, 15_108]);
+}
+
 /// A push that balances the motor, a gap of samples between obstacles, a command that is
 /// repeated before a turned bit of it is compared, a damaged packet that changes a servo's
 /// rate.

@@ -17,8 +17,9 @@ use crate::servo::master::timing::latency_us;
 use crate::servo::master::{Outcome, Transaction};
 use crate::servo::port::SetBaud;
 
-/// Pause between two attempts to find the servos, in µs.
-const SEARCH_PAUSE_US: u64 = 50_000;
+/// Pause between two attempts to find the servos, in µs. It is short: each attempt begins
+/// with a stop, which a servo may need.
+const SEARCH_PAUSE_US: u64 = 10_000;
 /// Interval of checks while the bus is lent, in µs.
 const LENT_POLL_US: u64 = 10_000;
 
