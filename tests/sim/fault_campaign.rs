@@ -108,6 +108,23 @@ fn faults_of_rare_cases_have_a_right_name() {
     assert_right([12_090, 13_507, 14_469, 15_062, 15_416]);
 }
 
+/// On a slow bus the control steps of a stock servo lengthen its replies.
+#[test]
+fn stock_servos_at_57_600_baud_are_prepared_and_driven() {
+    let is_slow = |seed: &u64| {
+        let bus = Case::new(*seed).bus;
+        (bus.servos, bus.baud) == (Firmware::Stock, 57_600)
+    };
+    let kinds = ["host-vanish", "host-range", "client-hang"];
+    let seeds: Vec<u64> = kinds
+        .into_iter()
+        .flat_map(singles)
+        .filter(is_slow)
+        .collect();
+    assert!(seeds.len() > 40, "{}", seeds.len());
+    assert_right(seeds);
+}
+
 #[test]
 fn a_seed_is_the_same_case_whenever_it_is_run() {
     // One of each kind of randomness: bytes, a second master, sensors, host, client, plant.

@@ -10,7 +10,7 @@ use super::idle_request::{IdleRequest, Owner};
 use super::time_budget::TimeBudget;
 use super::{BusPermission, BusSequencer, Dropouts, State};
 use crate::servo::Query;
-use crate::servo::master::timing::{GUARD_US, latency_us, prepared_latency_us};
+use crate::servo::master::timing::{GUARD_US, reply_latency_us};
 use crate::servo::port::SetBaud;
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
@@ -107,11 +107,8 @@ where
     fn budget_of(&self, id: u8, budget_us: u32) -> TimeBudget {
         let (firmware, baud) = (self.firmware(), self.baud());
         let is_ours = self.ids.iter().any(|ours| ours.get() == id);
-        let latency_us = if is_ours && self.master.answers_soon() {
-            prepared_latency_us(firmware, baud)
-        } else {
-            latency_us(firmware)
-        };
+        let answers_soon = is_ours && self.master.answers_soon();
+        let latency_us = reply_latency_us(firmware, baud, answers_soon);
         TimeBudget::new(budget_us, baud, latency_us)
     }
 

@@ -13,7 +13,7 @@ use crate::flow_token::{FlowToken, Machine};
 use crate::link::message::{Missing, Sample};
 use crate::servo::ExpectedReply;
 use crate::servo::Firmware;
-use crate::servo::master::timing::latency_us;
+use crate::servo::master::timing::reply_latency_us;
 use crate::servo::master::{Outcome, Transaction};
 use crate::servo::port::SetBaud;
 
@@ -117,7 +117,7 @@ where
         let expected = ExpectedReply {
             id,
             reply_bytes,
-            latency_us: latency_us(Firmware::Stock),
+            latency_us: reply_latency_us(Firmware::Stock, self.baud(), false),
         };
         self.state = State::Search(SearchStep::SetUp(step));
         self.owner = Some(Owner::SetUp(step));

@@ -15,8 +15,9 @@ pub(super) trait Exchange: Protocol {
     /// Longest time in µs until a servo of unknown settings begins its reply.
     const LATENCY_US: u32;
 
-    /// Time in µs that the reply of a servo that bring-up has set takes beyond its bytes.
-    fn prepared_latency_us(baud: u32) -> u32;
+    /// Longest time in µs that a reply to a request takes beyond its bytes, from a servo
+    /// whose settings are known to be short or not.
+    fn reply_latency_us(baud: u32, answers_soon: bool) -> u32;
 
     /// The shortest period in µs at which a tick's exchange with two servos, and
     /// the rest after it, is sure to be over.

@@ -56,13 +56,14 @@ const SET_UPS: [SetUp; 13] = [
 ];
 
 /// Servo firmware and nominal speed of the bus in bits per second, with its share of the
-/// cases. Boards find stock servos at 57 600 baud, but do not prepare them for torque.
-const BUSES: [(Firmware, u32, usize); 7] = [
+/// cases.
+const BUSES: [(Firmware, u32, usize); 8] = [
     (Firmware::Morpheus, 1_000_000, 2),
     (Firmware::Morpheus, 500_000, 1),
     (Firmware::Morpheus, 115_200, 1),
     (Firmware::Morpheus, 57_600, 1),
-    (Firmware::Stock, 1_000_000, 3),
+    (Firmware::Stock, 1_000_000, 2),
+    (Firmware::Stock, 57_600, 1),
     (Firmware::Stock, 500_000, 1),
     (Firmware::Stock, 115_200, 1),
 ];

@@ -16,9 +16,10 @@ pub const fn latency_us(firmware: Firmware) -> u32 {
     with_protocol!(firmware, P => P::LATENCY_US)
 }
 
-/// Time in µs that the reply of a servo that bring-up has set takes beyond its bytes.
-pub fn prepared_latency_us(firmware: Firmware, baud: u32) -> u32 {
-    with_protocol!(firmware, P => P::prepared_latency_us(baud))
+/// Longest time in µs that a reply to a request takes beyond its bytes: on a slow bus the
+/// control steps of a stock servo interrupt it. A servo that bring-up has set `answers_soon`.
+pub fn reply_latency_us(firmware: Firmware, baud: u32, answers_soon: bool) -> u32 {
+    with_protocol!(firmware, P => P::reply_latency_us(baud, answers_soon))
 }
 
 /// Shortest period in µs in which a tick's exchange with two servos, and the idle time
@@ -43,6 +44,17 @@ mod tests {
         assert_eq!(prepared(Firmware::Morpheus, 1_000_000), 590);
         assert_eq!(prepared(Firmware::Stock, 1_000_000), 954);
         assert_eq!(prepared(Firmware::Morpheus, 57_142), 6_531);
+    }
+
+    #[test]
+    fn a_reply_of_a_stock_servo_takes_longer_on_a_slow_bus() {
+        let stock = |baud, soon| reply_latency_us(Firmware::Stock, baud, soon);
+        assert_eq!([true, false].map(|soon| stock(1_000_000, soon)), [192, 808]);
+        // 56 bytes last 9.8 ms, with eleven control steps.
+        assert_eq!(
+            [true, false].map(|soon| stock(57_142, soon)),
+            [1_622, 2_238]
+        );
     }
 
     #[test]

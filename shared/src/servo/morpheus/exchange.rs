@@ -52,8 +52,8 @@ const TICK_BYTES: u32 = 16 + 6 + POSITIONS_BYTES;
 impl Exchange for Morpheus {
     const LATENCY_US: u32 = LATENCY_US;
 
-    fn prepared_latency_us(_baud: u32) -> u32 {
-        ANSWER_US
+    fn reply_latency_us(_baud: u32, answers_soon: bool) -> u32 {
+        if answers_soon { ANSWER_US } else { LATENCY_US }
     }
 
     fn tick_us(baud: u32, _readiness: Readiness) -> u32 {

@@ -53,9 +53,14 @@ const REST: Step = Step::Pause {
 impl Exchange for Protocol1 {
     const LATENCY_US: u32 = LATENCY_US;
 
-    fn prepared_latency_us(baud: u32) -> u32 {
+    fn reply_latency_us(baud: u32, answers_soon: bool) -> u32 {
+        let begins_us = if answers_soon {
+            SHORT_STATUS_US + WRITE_US
+        } else {
+            u64::from(LATENCY_US)
+        };
         // The longest answer is the whole table.
-        (SHORT_STATUS_US + WRITE_US + control_steps_us(bytes_us(56, baud))) as u32
+        (begins_us + control_steps_us(bytes_us(56, baud))) as u32
     }
 
     fn tick_us(baud: u32, readiness: Readiness) -> u32 {
