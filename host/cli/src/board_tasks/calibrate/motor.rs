@@ -1,10 +1,13 @@
 //! One gentle push, to see that a motor turns the way its encoder counts.
+//!
+//! The push needs no model of the arm. The board's own check at the first arming does, and is
+//! left out meanwhile (`limits.check_rad_s2` 0).
 
 use armbridge_client::fault_text;
 use armbridge_client::session::Request;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Direction;
-use armbridge_shared::link::message::{Command, Mode, Trip};
+use armbridge_shared::link::message::{Command, Limits, Mode, Trip};
 
 use super::{Guide, answer};
 use crate::board_tasks::{TaskError, View};
@@ -47,10 +50,14 @@ pub enum MotorError {
 #[derive(Clone, Copy, Debug)]
 enum Step {
     Asking,
+    /// For the limits without the board's own check.
+    Limiting(u64),
     Arming(u64),
     /// From this count, until this time.
     Pushing(u16, u64),
     Stopping(u64),
+    /// For the limits from before.
+    Restoring(u64),
 }
 
 /// The check of one joint's motor.
@@ -60,6 +67,8 @@ pub(super) struct Motor {
     direction: Direction,
     step: Step,
     moved: i32,
+    /// Of the limits from before.
+    check_rad_s2: u8,
 }
 
 impl Motor {
@@ -75,6 +84,7 @@ impl Motor {
             direction,
             step: Step::Asking,
             moved: 0,
+            check_rad_s2: 0,
         }
     }
 
@@ -101,16 +111,19 @@ impl Motor {
             (Step::Asking, _) => match guide.answer()?.as_deref().map(str::trim) {
                 None => {}
                 Some("y" | "Y" | "yes") => {
-                    view.session.request(now_us, Request::Arm);
-                    self.step = Step::Arming(now_us);
+                    self.limit(view, 0);
+                    self.step = Step::Limiting(now_us);
                 }
                 Some(_) => return Err(MotorError::Declined.into()),
             },
+            (Step::Limiting(since_us), _) => {
+                if answer(view, since_us, "the board refused the limits")? {
+                    view.session.request(now_us, Request::Arm);
+                    self.step = Step::Arming(now_us);
+                }
+            }
             (Step::Arming(since_us), Some(count)) => {
-                // The push begins where the check of the motors has left the arm.
-                if answer(view, since_us, "the board refused the arming")?
-                    && view.session.status().mode() == Some(Mode::Armed)
-                {
+                if answer(view, since_us, "the board refused the arming")? {
                     let mut torque_nm = [0.0; JOINTS];
                     torque_nm[self.joint] = PUSH_NM;
                     let push = Command::Torque(torque_nm);
@@ -126,6 +139,12 @@ impl Motor {
             }
             (Step::Stopping(since_us), _) => {
                 if answer(view, since_us, "the board refused the disarming")? {
+                    self.limit(view, self.check_rad_s2);
+                    self.step = Step::Restoring(now_us);
+                }
+            }
+            (Step::Restoring(since_us), _) => {
+                if answer(view, since_us, "the board refused the limits")? {
                     self.check(guide)?;
                     return Ok(true);
                 }
@@ -134,6 +153,19 @@ impl Motor {
             (Step::Arming(_) | Step::Pushing(..), _) => {}
         }
         Ok(false)
+    }
+
+    /// Commands the present limits with another acceleration of the board's own check.
+    fn limit(&mut self, view: &mut View<'_>, check_rad_s2: u8) {
+        let settings = view.session.status().settings;
+        let limits = settings.map_or_else(Limits::default, |settings| settings.limits);
+        self.check_rad_s2 = limits.check_rad_s2;
+        let limits = Limits {
+            check_rad_s2,
+            ..limits
+        };
+        view.session
+            .request(view.now_us, Request::Command(Command::Limit(limits)));
     }
 
     fn check(&self, guide: &mut impl Guide) -> Result<(), MotorError> {
