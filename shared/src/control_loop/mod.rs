@@ -213,50 +213,33 @@ impl ControlLoop {
             }
         }
         let mut guards = Guards::NONE;
-        let mut are_motors_checked = false;
-        let demand = match status.permission {
-            Permission::Drive => Some(self.drive_demand(config, &ahead, &reference)),
-            Permission::MotorCheck => {
-                let check_input = CheckInput {
-                    arm: &config.control.arm,
-                    acceleration_rad_s2: config.limits().check_rad_s2.into(),
-                    period_us: config.period_us().get(),
-                    measured_rad: measured,
-                    angle_rad: state.q,
-                    in_force_nm: torque_nm,
-                };
-                match self.motor_check.tick(&check_input) {
-                    CheckStep::Torque(torque_nm) => Some(Demand {
-                        torque_nm,
-                        friction_nm: Vector2::zeros(),
-                    }),
-                    CheckStep::Passed => {
-                        are_motors_checked = true;
-                        None
-                    }
-                    CheckStep::Failed(violation) => {
-                        status.trip(violation);
-                        None
-                    }
-                }
-            }
-            Permission::Unmonitored | Permission::Off | Permission::Armed => None,
+        let check_input = CheckInput {
+            arm: &config.control.arm,
+            acceleration_rad_s2: config.limits().check_rad_s2.into(),
+            period_us: config.period_us().get(),
+            measured_rad: measured,
+            angle_rad: state.q,
+            in_force_nm: torque_nm,
         };
-        let command = demand.map_or(ActuatorCommand::OFF, |demand| {
-            let is_experiment = status.is_driven() && self.drive() == Drive::Experiment;
-            self.command(
+        let check = self.check_motors(&mut status, &check_input);
+        let is_driven = status.is_driven();
+        let demand = match check {
+            Some(check) => check.demand(),
+            None => is_driven.then(|| self.drive_demand(config, &ahead, &reference)),
+        };
+        let command = self
+            .command(
                 config,
                 &input.in_force,
                 &ahead,
                 demand,
-                is_experiment,
+                is_driven,
                 &mut guards,
             )
             .unwrap_or_else(|violation| {
                 status.trip(violation);
                 ActuatorCommand::OFF
-            })
-        });
+            });
         (self.state, self.reference, self.command) = (state, reference, command);
         TickOutput {
             command,
@@ -267,7 +250,7 @@ impl ControlLoop {
             is_complete: gated.iter().all(Option::is_some),
             fallback,
             experiment_end,
-            are_motors_checked,
+            are_motors_checked: matches!(check, Some(CheckStep::Passed)),
             fault: status.fault,
             token: input.token.stamp(Machine::ControlLoop),
         }
@@ -343,6 +326,20 @@ impl ControlLoop {
         }
     }
 
+    /// A tick of the motor check, if it is permitted.
+    fn check_motors(
+        &mut self,
+        status: &mut TickStatus,
+        input: &CheckInput<'_>,
+    ) -> Option<CheckStep> {
+        let step =
+            (status.permission == Permission::MotorCheck).then(|| self.motor_check.tick(input));
+        if let Some(CheckStep::Failed(violation)) = step {
+            status.trip(violation);
+        }
+        step
+    }
+
     /// Torque that the source of the drive demands.
     fn drive_demand(
         &mut self,
@@ -362,21 +359,25 @@ impl ControlLoop {
         }
     }
 
-    /// Command for the motors in the next tick, within all limits.
+    /// Command for the motors in the next tick, within all limits; off without a demand.
     fn command(
         &mut self,
         config: &LoopConfig,
         in_force: &ActuatorCommand,
         ahead: &State<f32>,
-        demand: Demand,
-        is_experiment: bool,
+        demand: Option<Demand>,
+        is_driven: bool,
         guards: &mut Guards,
     ) -> Result<ActuatorCommand, Violation> {
-        let Demand {
+        let Some(Demand {
             mut torque_nm,
             mut friction_nm,
-        } = demand;
+        }) = demand
+        else {
+            return Ok(ActuatorCommand::OFF);
+        };
         let control = &config.control;
+        let is_experiment = is_driven && self.drive() == Drive::Experiment;
         let exact_pwm = is_experiment.then(|| {
             self.experiment
                 .override_torque(&control.joints, &mut torque_nm, &mut friction_nm)

@@ -36,6 +36,7 @@
 mod response;
 
 use super::monitors::Violation;
+use super::pipeline::Demand;
 use crate::JOINTS;
 use crate::arm::{Parameters, Posture};
 use crate::link::message::Fault;
@@ -109,6 +110,19 @@ pub(super) enum CheckStep {
     Passed,
     /// They do not.
     Failed(Violation),
+}
+
+impl CheckStep {
+    /// The demand for the next tick; `None` at the end.
+    pub(super) fn demand(self) -> Option<Demand> {
+        match self {
+            Self::Torque(torque_nm) => Some(Demand {
+                torque_nm,
+                friction_nm: Vector2::zeros(),
+            }),
+            Self::Passed | Self::Failed(_) => None,
+        }
+    }
 }
 
 /// Outcome of an attempt.
