@@ -155,7 +155,7 @@ impl Pattern {
         let pulse = ((PULSE_US + period_us / 2) / period_us).max(1);
         let rest = (REST_US / period_us).max(2);
         let pulses = SIGNS.len() as u32 * pulse;
-        let repetitions = SAMPLES.div_ceil(pulses).min(REPETITIONS_MAX);
+        let repetitions = SAMPLES.div_ceil(pulses.max(1)).min(REPETITIONS_MAX);
         Self {
             pulse,
             rest,
