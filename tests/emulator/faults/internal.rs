@@ -18,8 +18,8 @@ use super::tap::OFF;
 /// Slow enough for servos and host, which the machine may keep waiting.
 const SLOW: u32 = 50;
 /// When the firmware fails, in ms of its time: bring-up takes 30, arming two
-/// answers of the host.
-const AT_MS: u32 = 200;
+/// answers of the host, the check of the motors 260.
+const AT_MS: u32 = 600;
 /// It fails in the first turn of the real-time loop after that: a tick later at the
 /// most, and a tick more where the machine wakes QEMU late.
 const TURN_MS: f64 = 2.0;

@@ -126,8 +126,9 @@ const TABLE: [Expected; 36] = rows! {
          to the board: nothing in the frames distinguishes the two";
     Kind::HostFlood => [EmergencyStop(StopSource::Flood)]
         "garbage outweighs the frames";
-    Kind::HostGarbage | Kind::HostRange | Kind::Goodbye => []
-        "enough frames arrive; numbers out of range are refused; a goodbye disarms";
+    Kind::HostGarbage | Kind::HostRange | Kind::Goodbye => [AngleLimit]
+        "enough frames arrive; numbers out of range are refused, and an arm whose motors were \
+         checked falls if nothing drives it then; a goodbye disarms";
     Kind::HostHeartbeats | Kind::HostHello => []
         "a command that is too old ends without a fault; a hello disarms";
     Kind::ClientHang | Kind::ClientBaud => []

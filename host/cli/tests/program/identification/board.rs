@@ -23,6 +23,7 @@ use armbridge_tests::served_board::Served;
 const PLAN: &str = "title = \"t\"
 control = \"compensated\"
 [set]
+limits.check_rad_s2 = 0
 limits.silence_ms = 2000
 limits.hold_ms = 2000
 controller.kind = \"computed-torque\"
