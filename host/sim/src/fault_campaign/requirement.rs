@@ -39,7 +39,12 @@ pub(super) fn fault_expectation(injection: &Injection, case: &Case) -> FaultExpe
     match (injection.origin, later) {
         (Origin::PowerUp, Required) if !lasts(injection.kind) => Allowed,
         // No fault of that time is forbidden, but without any effect on servos it is.
-        (Origin::PowerUp, Forbidden) if injection.kind == Kind::Frozen => Allowed,
+        // So is that an arm falls that is armed and never driven.
+        (Origin::PowerUp, Forbidden)
+            if matches!(injection.kind, Kind::Frozen | Kind::HostRange) =>
+        {
+            Allowed
+        }
         _ => later,
     }
 }
