@@ -41,6 +41,8 @@ const RARE_US: u64 = 2_000;
 /// Time in µs after which a stop sequence follows for motors that ticks alone, without a
 /// fault, have commanded off and that are not confirmed off.
 const STOP_DELAY_US: u64 = 100_000;
+/// Ticks without a fault that pass before as well, however long they are: two checks a joint.
+const STOP_DELAY_TICKS: u32 = 2 * JOINTS as u32 + 1;
 /// Time in µs after which the sequence is sent [`SLOW_FACTOR`] times less often: an arm
 /// that does not answer may stay so.
 const SLOW_AFTER_US: u64 = 3_000_000;
@@ -88,6 +90,8 @@ pub(super) struct ForceOff {
     stops: u16,
     joints: [Evidence; JOINTS],
     silent_ticks: [u32; JOINTS],
+    /// Ticks since the beginning.
+    ticks: u32,
     /// Motors have been commanded off since the beginning; before that no check is due.
     is_commanded: bool,
     /// A check has been made since the last tick.
@@ -118,7 +122,9 @@ impl ForceOff {
 
     /// Whether a stop sequence is due.
     pub(super) fn is_stop_due(&self, now_us: u64) -> bool {
-        now_us >= self.next_stop_us && !self.is_off() && self.next_check().is_none()
+        let has_had_checks = self.is_reported || self.ticks >= STOP_DELAY_TICKS;
+        let is_late = now_us >= self.next_stop_us && has_had_checks;
+        is_late && !self.is_off() && self.next_check().is_none()
     }
 
     /// Notes that a stop sequence has ended now.
@@ -136,6 +142,7 @@ impl ForceOff {
     /// Takes the samples of a tick that commanded every motor off.
     pub(super) fn note_tick(&mut self, now_us: u64, samples: [Sample; JOINTS]) {
         (self.is_commanded, self.is_checked) = (true, false);
+        self.ticks = self.ticks.saturating_add(1);
         let joints = self.joints.iter_mut().zip(&mut self.silent_ticks);
         for ((evidence, silent_ticks), sample) in joints.zip(samples) {
             let was_silent = *silent_ticks >= SILENT_TICKS;
@@ -374,6 +381,10 @@ mod tests {
     fn without_a_fault_the_ticks_are_given_time_first() {
         let mut off = ForceOff::default();
         off.begin(0, false);
+        for ms in 1..=5 {
+            assert!(!off.is_stop_due(1_000_000), "too few ticks for the checks");
+            deaf_tick(&mut off, ms * 1_000, [HEARD; JOINTS], 0);
+        }
         assert!(!off.is_stop_due(99_999) && off.is_stop_due(100_000));
         off.note_stop(100_000);
         deaf_tick(&mut off, 101_000, [HEARD; JOINTS], 0);
@@ -401,5 +412,18 @@ mod tests {
         off.note_stop(SLOW_AFTER_US);
         deaf_tick(&mut off, SLOW_AFTER_US + 1_000, [SILENT; JOINTS], 4_000);
         assert!(!off.is_stop_due(SLOW_AFTER_US + SLOW_FACTOR * REPEAT_US - 1));
+    }
+
+    /// At 45 ms the checks take 180 ms; a stop would release stock servos, which then take no
+    /// torque.
+    #[test]
+    fn ticks_with_long_periods_are_checked_first() {
+        let mut off = ForceOff::default();
+        off.begin(0, false);
+        for tick_us in [45_000, 90_000, 135_000, 180_000] {
+            tick(&mut off, tick_us, [HEARD; JOINTS], &OFF);
+            assert!(!off.is_stop_due(tick_us + 44_999));
+        }
+        assert!(off.is_off());
     }
 }
