@@ -37,6 +37,8 @@ use serde::Serialize;
 
 /// PWM at which a Morpheus servo switches its motor off.
 const OFF: u16 = Pwm::OFF.counts();
+/// Counts from that which a stop sequence sends for a moment.
+const STOP_COUNTS: u16 = 1;
 /// Largest count of an AX-12A's encoder.
 const LARGEST_COUNT: f64 = 1023.0;
 
@@ -47,8 +49,6 @@ pub struct Plant {
     body: Body,
     now_ns: u64,
     held: bool,
-    /// Deviation from off, in counts, up to which a held arm is not released.
-    release_counts: u16,
     motor_nm: Vector2<f64>,
     /// PWM of each servo, after its delay.
     pwm: [u16; JOINTS],
@@ -122,7 +122,6 @@ impl Plant {
             config,
             now_ns: 0,
             held: config.held,
-            release_counts: 0,
             motor_nm: Vector2::from_fn(|servo, _| config.torque(servo, OFF)),
             pwm: [OFF; JOINTS],
             motor_faults: [MotorFault::NONE; JOINTS],
@@ -202,14 +201,13 @@ impl Plant {
         self.config.true_arm().energy(&posture)
     }
 
-    /// Returns the arm to its initial position, and holds it until a motor drives it. A
-    /// stop sequence, which is briefly one count from off, does not release it.
+    /// Returns the arm to its initial position, and holds it until a motor drives it.
     pub fn lift(&mut self) {
         self.body = initial_body(&self.config);
         self.body.hold(self.now_ns);
         self.body
             .set_torque(self.now_ns, self.motor_nm + self.push_nm);
-        (self.held, self.release_counts) = (true, 1);
+        self.held = true;
     }
 
     /// Reads a servo's encoder at `at_ns`, in counts.
@@ -271,7 +269,7 @@ impl Plant {
         }
         match kind {
             ChangeKind::Pwm { servo, pwm } => {
-                self.held &= pwm.abs_diff(OFF) <= self.release_counts;
+                self.held &= pwm.abs_diff(OFF) <= STOP_COUNTS;
                 self.pwm[servo] = pwm;
                 self.motor_nm[servo] = self.torque_of(servo);
             }

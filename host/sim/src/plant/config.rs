@@ -42,8 +42,8 @@ pub struct PlantConfig {
     pub noise_lsb_rms: f64,
     /// State at time zero.
     pub initial: State<f64>,
-    /// The arm is held where it is until the first servo receives a PWM
-    /// other than 1000.
+    /// The arm is held where it is until a servo receives a PWM more than a count from 1000,
+    /// which a stop sequence does not have.
     pub held: bool,
 }
 
