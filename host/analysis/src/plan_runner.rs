@@ -30,7 +30,7 @@ use armbridge_client::LinkStats;
 use armbridge_client::enum_names;
 use armbridge_client::error::SessionError;
 use armbridge_client::session::{
-    ANSWER_TIMEOUT_US, HELLO_TIMEOUT_US, Request, SERVO_TIMEOUT_US, Session,
+    ANSWER_TIMEOUT_US, ARM_TIMEOUT_US, HELLO_TIMEOUT_US, Request, SERVO_TIMEOUT_US, Session,
 };
 use armbridge_shared::link::message::{Command, Mode, OffReport, Record, Settings, Trip};
 use armbridge_sim::cosim::Interaction;
@@ -276,11 +276,14 @@ impl<K: RecordSink> Host for PlanRunner<K> {
                 let damaged = self.session.stats().damaged;
                 return Err(SessionError::NoBoard { damaged }.into());
             }
-            Phase::ReadingSettings | Phase::SettingUp | Phase::Arming | Phase::SwitchingOff
+            Phase::ReadingSettings | Phase::SettingUp | Phase::SwitchingOff
                 if waited_us > ANSWER_TIMEOUT_US =>
             {
                 let silent = || SessionError::Silent.into();
                 return Err(self.error.take().unwrap_or_else(silent));
+            }
+            Phase::Arming if waited_us > ARM_TIMEOUT_US => {
+                return Err(SessionError::Silent.into());
             }
             Phase::WaitingForServos if waited_us > SERVO_TIMEOUT_US => {
                 return Err(PlanError::Servos(self.session.status().obstacle));

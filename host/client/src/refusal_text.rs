@@ -35,6 +35,16 @@ pub fn in_words(refusal: Refusal) -> String {
             "the servo of joint {} is too hot, or has not cooled since its fault; wait",
             joint + 1
         ),
+        Refusal::EncoderUnknown { joint } => format!(
+            "the encoder of joint {} has given too few samples at rest; hold the arm still, and \
+             try again in a moment",
+            joint + 1
+        ),
+        Refusal::BeyondLimit { joint } => format!(
+            "joint {} stands beyond its angle limit; move it inside by hand, or check its \
+             calibration",
+            joint + 1
+        ),
         Refusal::Unprepared => {
             "stock servos take no torque before they are set to wheel mode; prepare them first"
                 .into()

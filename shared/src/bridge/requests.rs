@@ -98,6 +98,7 @@ where
             least_period_us: self.sequencer.least_period_us(),
             is_stop_settled: self.sequencer.is_settled(),
             hot_joint: self.hot_joint(),
+            encoder_refusal: self.core.encoder_refusal(),
         };
         let is_stock = self.sequencer.firmware() == Firmware::Stock;
         let prepares = matches!(command, ValidatedCommand::Prepare) && !bus.is_prepared;

@@ -55,6 +55,17 @@ impl ControlLoop {
         self.monitors = Monitors::default();
     }
 
+    /// Reason against arming: an encoder whose noise is not known yet, above all one without
+    /// samples, or a joint beyond its angle limit.
+    pub fn encoder_refusal(&self, config: &LoopConfig) -> Option<Refusal> {
+        let unknown = self.monitors.unknown_encoder();
+        let unknown = unknown.map(|joint| Refusal::EncoderUnknown { joint });
+        unknown.or_else(|| {
+            let beyond = config.monitors.beyond_limit(self.state.q.into());
+            beyond.map(|joint| Refusal::BeyondLimit { joint })
+        })
+    }
+
     /// Installs another configuration, without a step in the torque if motors are
     /// driven; the next command acts at `acts_us`.
     pub fn install(

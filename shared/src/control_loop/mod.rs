@@ -213,16 +213,16 @@ impl ControlLoop {
             }
         }
         let mut guards = Guards::NONE;
-        let check_input = CheckInput {
+        let check = self.check_motors(&mut status, || CheckInput {
             arm: &config.control.arm,
             acceleration_rad_s2: config.limits().check_rad_s2.into(),
             period_us: config.period_us().get(),
             measured_rad: measured,
             angle_rad: state.q,
             in_force_nm: torque_nm,
-        };
-        let check = self.check_motors(&mut status, &check_input);
-        let is_driven = status.is_driven();
+        });
+        // Without a first sample of each joint there is no state to control.
+        let is_driven = status.is_driven() && !self.is_fresh;
         let demand = match check {
             Some(check) => check.demand(),
             None => is_driven.then(|| self.drive_demand(config, &ahead, &reference)),
@@ -327,13 +327,13 @@ impl ControlLoop {
     }
 
     /// A tick of the motor check, if it is permitted.
-    fn check_motors(
+    fn check_motors<'a>(
         &mut self,
         status: &mut TickStatus,
-        input: &CheckInput<'_>,
+        input: impl FnOnce() -> CheckInput<'a>,
     ) -> Option<CheckStep> {
-        let step =
-            (status.permission == Permission::MotorCheck).then(|| self.motor_check.tick(input));
+        let is_permitted = status.permission == Permission::MotorCheck && !self.is_fresh;
+        let step = is_permitted.then(|| self.motor_check.tick(&input()));
         if let Some(CheckStep::Failed(violation)) = step {
             status.trip(violation);
         }
@@ -406,5 +406,31 @@ impl ControlLoop {
     /// Consecutive missing samples of this joint.
     pub fn lost_in_row(&self, joint: usize) -> u32 {
         self.monitors.lost_in_row(joint)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::link::message::{Missing, Settings};
+
+    /// An estimate that begins at the first sample would take the way there for a speed.
+    #[test]
+    fn there_is_no_torque_before_a_sample_of_each_joint() {
+        let config = LoopConfig::build(&Settings::default()).unwrap();
+        let (mut control, mut input) = (ControlLoop::new(&config), TickInput::AT_REST);
+        control.regulate(&config, [0.3, 0.3], Instant::default());
+        input.permission = Permission::Drive;
+        let mut command = |samples| {
+            input.samples = samples;
+            let output = control.step(&config, &input);
+            assert_eq!(output.fault, None);
+            output.command
+        };
+        let (there, missing) = (Sample::Counts(560), Sample::Missing(Missing::Silence));
+        for samples in [[missing; 2], [missing, there], [there, missing]] {
+            assert_eq!(command(samples), ActuatorCommand::OFF, "{samples:?}");
+        }
+        assert_ne!(command([there; 2]), ActuatorCommand::OFF);
     }
 }

@@ -233,6 +233,18 @@ pub enum Refusal {
         /// This joint, counting from 0.
         joint: u8,
     },
+    /// An encoder has not yet given the samples at rest, 48 of them, that show its noise: one
+    /// that stops would go unnoticed. Send it again.
+    EncoderUnknown {
+        /// This joint, counting from 0.
+        joint: u8,
+    },
+    /// The arm stands beyond an angle limit: move it by hand, or check zero and direction of
+    /// the joint.
+    BeyondLimit {
+        /// This joint, counting from 0.
+        joint: u8,
+    },
     /// Stock servos as they come take no torque: send [`Command::Prepare`] first.
     Unprepared,
     /// A client on the transparent port has the bus; [`Command::Idle`] takes it

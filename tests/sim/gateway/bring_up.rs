@@ -67,11 +67,9 @@ fn servos_are_found_at_every_rate_and_driven_as_fast_as_it_allows() {
                  period {period_us} us, missing {missing}, missed {}",
                 last.timing.missed
             );
-            assert_eq!(
-                (last.timing.missed, missing),
-                (0, 0),
-                "{firmware} {nominal}"
-            );
+            // On a bus without idle slots a tick waits for the checks of motors that are off.
+            let missed = last.timing.missed - records[0].timing.missed;
+            assert_eq!((missed, missing), (0, 0), "{firmware} {nominal}");
             assert!(
                 u64::from(most_us) <= u64::from(period_us),
                 "{firmware} {nominal}"

@@ -140,13 +140,13 @@ fn motion(random: &mut Random) -> Motion {
 /// `session` is that of the board that is spoken to.
 pub(super) fn message(random: &mut Random, session: u32) -> ToBoard {
     ToBoard::Command(match random.below(40) {
-        0 => return ToBoard::Hello(schema::HELLO),
-        1 => {
+        0 if random.once_in(30) => return ToBoard::Hello(schema::HELLO),
+        1 if random.once_in(30) => {
             let schema = [0; 8].map(|_| random.byte());
             let version = [0; 3].map(|_| random.byte());
             return ToBoard::Hello(Hello { schema, version });
         }
-        2..=5 => return ToBoard::Heartbeat,
+        0..=5 => return ToBoard::Heartbeat,
         6 => Command::Idle,
         7..=9 | 38..=39 => Command::ClearFault,
         10 => Command::Configure(setup(random)),

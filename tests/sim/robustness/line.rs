@@ -133,9 +133,14 @@ impl serial::Write for Port {
 }
 
 impl SetBaud for Port {
-    /// A script does not know of speeds: bytes take as long as ever.
+    /// A script does not know of speeds: bytes take as long as ever. Those of another speed
+    /// cannot be read.
     fn set_baud(&mut self, baud: u32) {
-        self.edit(|line| line.baud = baud);
+        self.edit(|line| {
+            if std::mem::replace(&mut line.baud, baud) != baud {
+                line.coming.clear();
+            }
+        });
     }
 }
 

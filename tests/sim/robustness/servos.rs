@@ -24,12 +24,24 @@ impl Servos {
             [.., 0xAA, 5, id @ 1..=2, 0xFE, 2, 0x0F, 2, _] => vec![reply(*id, &[1, 0xE8])],
             [.., 0xAA, 3, 0xFF, 0xFE, 6, _] => vec![reply(1, &[1]), reply(2, &[1])],
             [.., 0xAA, 3, 0xFF, 0xFE, 7, _] => {
+                // At rest about upright mostly, else anywhere: an arm that is shaken.
                 for counts in &mut self.counts {
-                    // About upright mostly, else anywhere: an arm that is shaken.
-                    let step = if random.once_in(50) { 1024 } else { 9 };
-                    *counts = (*counts + random.below(step) + 1020 - step / 2) % 1024;
+                    *counts = match random.below(2_000) {
+                        0 => random.below(1024),
+                        1..20 => 512,
+                        _ => (*counts + random.below(3) + 1023) % 1024,
+                    };
                 }
-                let [a, b] = self.counts.map(|counts| counts as u16);
+                let [a, b] = self.counts.map(|counts| {
+                    let noise = random.below(9) + 1020;
+                    let is_glitch = random.once_in(100);
+                    let read = if is_glitch {
+                        random.below(1024)
+                    } else {
+                        counts + noise
+                    };
+                    (read % 1024) as u16
+                });
                 vec![position(1, a), position(2, b)]
             }
             _ => return Vec::new(),

@@ -99,7 +99,8 @@ impl<'a> Test<'a> {
                 self.random.damage(&mut frame);
                 frame
             }
-            4 => self.frame(&ToBoard::Hello(schema::HELLO)),
+            // Rarely: a session needs 48 ticks before it arms.
+            4 if self.random.once_in(15) => self.frame(&ToBoard::Hello(schema::HELLO)),
             _ => {
                 let count = 1 + self.random.below(3);
                 (0..count)

@@ -7,6 +7,7 @@
 //! | `silence`     | those of a client that hangs                                |
 //! | `outages`     | stock servos whose wire was cut                             |
 //! | `sessions`    | those that another session drove, after a hello or goodbye  |
+//! | `arming`      | those of an arm that the samples do not show well enough    |
 //! | `age`         | those whose command is old, though the host is alive        |
 //! | `clearing`    | those of a host that stops and clears in one write          |
 //! | `resets`      | those of an arm of which a stock servo was reset            |
@@ -17,6 +18,7 @@
 //! gives it.
 
 mod age;
+mod arming;
 mod clearing;
 mod memory;
 mod outages;

@@ -25,6 +25,8 @@ pub const STOP_US: u64 = 20_000;
 const FOUND_US: u64 = 2_000_000;
 /// Within which the motors are checked, at the longest period.
 const CHECKED_US: u64 = 3_000_000;
+/// Until the board knows the encoders' noise, in ms: 48 ticks, and blocks that do not count.
+const LEARNT_MS: u64 = 500;
 /// Counts from off that no motor turns at: the stop sequence steps aside by one.
 const STEP_ASIDE: u16 = 1;
 
@@ -205,8 +207,19 @@ impl Rig<'_> {
         }
     }
 
-    /// The answer to a command.
+    /// The answer to a command; it is repeated while the board learns the encoders' noise.
     pub fn command(&mut self, command: Command) -> Result<(), Refusal> {
+        for _ in 0..LEARNT_MS {
+            match self.command_once(command) {
+                Err(Refusal::EncoderUnknown { .. }) => self.pass_ms(1),
+                answer => return answer,
+            }
+        }
+        panic!("{command:?}: the encoders' noise is not known after {LEARNT_MS} ms")
+    }
+
+    /// The answer to a command that is sent once.
+    pub fn command_once(&mut self, command: Command) -> Result<(), Refusal> {
         let since = self.host().messages.len();
         let sequence = self.host().command(command);
         let answer = |rig: &Self| rig.cosim.host.answer(since, sequence);

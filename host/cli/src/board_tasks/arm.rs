@@ -5,7 +5,7 @@ use std::time::Duration;
 use armbridge_client::ctrl_c;
 use armbridge_client::error::end_in_words;
 use armbridge_client::fault_text;
-use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
+use armbridge_client::session::{ARM_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
 use armbridge_client::status::{BoardStatus, FoundServos};
 use armbridge_shared::link::message::{BoardReport, Command, LastEnd, Mode, Refusal, Trip};
 
@@ -196,7 +196,7 @@ impl Task for Arm {
                         refusal,
                     });
                 }
-                None if now_us.saturating_sub(since_us) > ANSWER_TIMEOUT_US => {
+                None if now_us.saturating_sub(since_us) > ARM_TIMEOUT_US => {
                     return Err(TaskError::NoAnswer);
                 }
                 None => {}

@@ -3,7 +3,8 @@
 //!
 //! A hello is repeated every 25 ms until the board answers it, and again after a reset of
 //! the board. A command is repeated at the same interval, with a new sequence number each
-//! time; the acknowledgement of the last one is valid. `Busy` is ignored.
+//! time; the acknowledgement of the last one is valid. `Busy` is ignored, and so is
+//! `EncoderUnknown` until [`ENCODER_REPEATS`] have not helped.
 
 use armbridge_shared::link::frame::{Decoder, Encoder, FrameError, Received};
 use armbridge_shared::link::message::{Command, Hello, Refusal, ToBoard, ToHost};
@@ -26,6 +27,10 @@ pub struct LinkStats {
 /// Interval of heartbeats, and of repeating an unanswered message: a quarter of
 /// the silence after which the board brakes the arm and holds it.
 const HEARTBEAT_US: u64 = 25_000;
+
+/// Repetitions of a command to arm while the board learns the noise of the encoders, within 4 s:
+/// 48 ticks take 2.2 s at the paper's period of 45 ms.
+const ENCODER_REPEATS: u32 = 160;
 
 /// Message of the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +57,8 @@ pub struct CommandLink {
     is_greeted: bool,
     /// Latest command, until it is acknowledged, and its last frame's number.
     pending: Option<(Command, Option<u16>)>,
+    /// How often the board has refused that because it does not know the encoders yet.
+    encoder_refusals: u32,
     /// Messages to send once.
     one_shots: Vec<ToBoard>,
     next_us: u64,
@@ -62,6 +69,7 @@ impl CommandLink {
     /// Repeats this command until it is acknowledged; replaces an earlier one.
     pub fn command(&mut self, command: Command) {
         self.pending = Some((command, None));
+        self.encoder_refusals = 0;
         self.next_us = 0;
     }
 
@@ -191,6 +199,13 @@ impl CommandLink {
                 result: Err(Refusal::Busy),
                 ..
             } => None,
+            ToHost::Ack {
+                result: Err(Refusal::EncoderUnknown { .. }),
+                ..
+            } if self.encoder_refusals < ENCODER_REPEATS => {
+                self.encoder_refusals += 1;
+                None
+            }
             ToHost::Ack {
                 sequence, result, ..
             } => {

@@ -107,7 +107,10 @@ impl CommandCollector {
         match self.all.last_mut() {
             Some(last)
                 if last.command == command
-                    && matches!(last.result, None | Some(Err(Refusal::Busy))) =>
+                    && matches!(
+                        last.result,
+                        None | Some(Err(Refusal::Busy | Refusal::EncoderUnknown { .. }))
+                    ) =>
             {
                 last.sequence = sequence;
             }

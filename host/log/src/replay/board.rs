@@ -62,6 +62,7 @@ impl Board {
                 least_period_us: 0,
                 is_stop_settled: true,
                 hot_joint: None,
+                encoder_refusal: None,
             },
             is_ticking: false,
             concluded: VecDeque::new(),
@@ -91,6 +92,7 @@ impl Board {
             least_period_us: tick_us(firmware, baud, readiness),
             is_stop_settled: true,
             hot_joint: None,
+            encoder_refusal: None,
         };
     }
 

@@ -190,7 +190,12 @@ pub(super) fn is_refusal_expected(kind: Kind, refusal: Refusal) -> bool {
     match kind {
         Kind::CalibrationScale => matches!(refusal, Refusal::OutOfRange),
         Kind::FlashRot => matches!(refusal, Refusal::SettingsLost),
-        Kind::DuplicateId => matches!(refusal, Refusal::NotReady),
+        Kind::DuplicateId => {
+            matches!(refusal, Refusal::NotReady | Refusal::EncoderUnknown { .. })
+        }
+        // It stopped before its noise was known.
+        Kind::Frozen => matches!(refusal, Refusal::EncoderUnknown { .. }),
+        Kind::DeadZone => matches!(refusal, Refusal::BeyondLimit { .. }),
         _ => false,
     }
 }

@@ -25,7 +25,7 @@ use super::truth::Truth;
 
 /// Until the activity runs, in µs: bring-up takes 20 ms at 1 Mbaud, and preparation of stock
 /// servos on a slow bus a second.
-const READY_US: u64 = 3_000_000;
+const READY_US: u64 = 5_000_000;
 /// From the removal of the faults to the end, in µs.
 const SETTLE_US: u64 = 200_000;
 /// Until a cleared board is idle again, in µs. A hot Morpheus servo reads its temperature every

@@ -88,7 +88,8 @@ impl Core {
         }
     }
 
-    /// Arms, if the servos are cool and take torque at the configured period.
+    /// Arms, if the servos are cool and take torque at the configured period, and if the
+    /// encoders are known and within the limits.
     fn arm(&mut self, bus: BusFacts) -> Result<(), Refusal> {
         self.supervisor.check(Event::Arm)?;
         if let Some(joint) = bus.hot_joint {
@@ -101,6 +102,7 @@ impl Core {
         if self.config.period_us().get() < least_us {
             return Err(Refusal::TooFast { least_us });
         }
+        bus.encoder_refusal.map_or(Ok(()), Err)?;
         let is_check_due = !self.are_motors_checked
             && self.config.limits().check_rad_s2 > 0
             && self.config.period_us().get() <= CHECK_PERIOD_MAX_US;

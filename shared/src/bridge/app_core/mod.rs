@@ -67,6 +67,8 @@ pub struct BusFacts {
     /// Joint whose servo is too hot to be armed or, after a fault of its temperature, to clear
     /// that.
     pub hot_joint: Option<u8>,
+    /// Reason against arming that the samples show, see [`Core::encoder_refusal`].
+    pub encoder_refusal: Option<Refusal>,
 }
 
 /// Memory in which a bit can be turned by [`Core::inject_error`].
@@ -221,6 +223,11 @@ impl Core {
     /// Consecutive missing samples of this joint.
     pub fn lost_in_row(&self, joint: usize) -> u32 {
         self.control_loop.lost_in_row(joint)
+    }
+
+    /// Reason against arming, as far as the samples of this session show.
+    pub fn encoder_refusal(&self) -> Option<Refusal> {
+        self.control_loop.encoder_refusal(&self.config)
     }
 
     /// The present moment, for the acknowledgement of a command.

@@ -9,7 +9,10 @@
 //! Half the mean square of the difference between consecutive samples, over blocks of
 //! [`BLOCK`] samples during which the joint rests (von Neumann): slow motion hardly adds to
 //! it. It is the variance of a sample, rounding included. A block counts as at rest if its
-//! whole variance is no more than twice that. Blocks are averaged.
+//! whole variance is no more than twice that. Blocks are averaged. The noise is known after
+//! [`KNOWN_BLOCKS`], before which the board does not arm, and goes on being learnt until it is
+//! settled, after [`SETTLED_BLOCKS`]: until then only part of the variance counts
+//! ([`UNSETTLED_SHARE`]).
 //!
 //! # Bound
 //!
@@ -17,18 +20,35 @@
 //! too. So the noise itself is taken as the variance less 1/4, never more than it is, and the
 //! joint as standing in the middle of a count, where a run lasts longest. A sample equals
 //! the one before it with probability `p = erf(1 / sqrt(8 variance))` there; a run of `n` has
-//! probability `p^n`. [`BOUNDS`] has twice the `n` at which that is 1e-12: once in 30 years at
-//! 1 kHz if samples are independent, and as much again for those that are not.
+//! probability `p^n`. [`LEVELS`] has the `n` at which that is 1e-12: once in 30 years at
+//! 1 kHz if samples are independent. Noise that a servo's filter correlates for up to
+//! [`CORRELATED_US`] makes runs longer by as many samples as are in that time.
 //!
 //! Below a variance of 0.35 count^2 no run is too long: the encoder is too quiet to tell.
+//!
+//! # Pushed
+//!
+//! While a controller holds the arm, a torque beyond `external_nm` is a fault within a second,
+//! or moves the joint. A joint that does not move under it, and whose encoder does not even
+//! show its noise, has an encoder that stopped: after [`PUSHED_US`], sooner than a run of a
+//! loop with long periods takes.
 
-use super::debounce::Debounce;
+use super::debounce::{Debounce, ticks};
+use crate::check_word::checked;
+use crate::link::limits::Limits;
 
 /// Samples of a block.
 const BLOCK: u8 = 16;
 
 /// Blocks after which the noise is known.
-const KNOWN_BLOCKS: u8 = 8;
+const KNOWN_BLOCKS: u8 = 3;
+
+/// Blocks after which it is settled.
+const SETTLED_BLOCKS: u8 = 8;
+
+/// Share of the variance that counts until then. An encoder without noise that flickers between
+/// two counts, even with each sample, stays below the least of [`LEVELS`].
+const UNSETTLED_SHARE: f32 = 0.69;
 
 /// Largest number of blocks that are averaged.
 const AVERAGED_BLOCKS: u8 = 32;
@@ -36,8 +56,24 @@ const AVERAGED_BLOCKS: u8 = 32;
 /// Variance in count^2 that a block at rest may have beside twice that of its differences.
 const REST_VARIANCE: f32 = 0.1;
 
-/// Longest credible run for a variance of at least so many count^2.
-const BOUNDS: [(f32, u32); 5] = [(1.0, 67), (0.7, 91), (0.5, 145), (0.4, 252), (0.35, 456)];
+/// Longest credible run of independent samples for a variance of at least so many count^2.
+const LEVELS: [(f32, f32); 5] = [
+    (1.0, 33.3),
+    (0.7, 45.4),
+    (0.5, 72.4),
+    (0.4, 125.9),
+    (0.35, 227.7),
+];
+
+/// Time in µs over which noise may be correlated.
+const CORRELATED_US: f32 = 1_000.0;
+
+/// Least number of consecutive equal samples with which an encoder has stopped, at any period.
+const EQUAL_TICKS: u32 = 5;
+
+/// Time in µs, and ticks, of equal samples under a torque that must move the joint.
+const PUSHED_US: u32 = 100_000;
+const PUSHED_TICKS: u32 = 6;
 
 /// Noise of one joint's encoder.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -46,8 +82,8 @@ pub(super) struct EncoderNoise {
     /// Variance of a sample in count^2, and number of blocks in it.
     variance: f32,
     blocks: u8,
-    /// Follows from both: kept because each tick needs it.
-    longest_run: Option<u32>,
+    /// Index of [`LEVELS`], which follows from both: kept because each tick needs it.
+    level: Option<u8>,
 }
 
 /// Sums over the samples of a block, less the first of them.
@@ -62,15 +98,14 @@ struct Block {
 }
 
 impl EncoderNoise {
-    /// Whether enough samples at rest have been taken.
+    /// Whether enough samples at rest have been taken to arm.
     pub(super) fn is_known(&self) -> bool {
         self.blocks >= KNOWN_BLOCKS
     }
 
-    /// Longest credible number of consecutive equal samples; `None` while the noise is
-    /// unknown, or too small.
-    pub(super) fn longest_run(&self) -> Option<u32> {
-        self.longest_run
+    /// Whether enough have been taken for a whole estimate.
+    pub(super) fn is_settled(&self) -> bool {
+        self.blocks >= SETTLED_BLOCKS
     }
 
     /// Drops the present block: the next sample does not follow the last.
@@ -101,7 +136,7 @@ impl EncoderNoise {
     fn end_block(&mut self) {
         let block = core::mem::take(&mut self.block);
         // An encoder that has stopped must not pass for one without noise.
-        let has_stopped = block.squared_steps == 0 && self.longest_run().is_some();
+        let has_stopped = block.squared_steps == 0 && level(self.variance).is_some();
         let (samples, steps) = (f32::from(BLOCK), f32::from(BLOCK - 1));
         let variance = block.squared_steps as f32 / (2.0 * steps);
         let sum = block.sum as f32;
@@ -111,9 +146,46 @@ impl EncoderNoise {
         }
         self.blocks = (self.blocks + 1).min(AVERAGED_BLOCKS);
         self.variance += (variance - self.variance) / f32::from(self.blocks);
-        let mut bounds = BOUNDS.iter();
-        let bound = bounds.find(|(variance, _)| self.variance >= *variance);
-        self.longest_run = bound.filter(|_| self.is_known()).map(|(_, run)| *run);
+        self.level = match self.blocks {
+            0..KNOWN_BLOCKS => None,
+            KNOWN_BLOCKS..SETTLED_BLOCKS => level(self.variance * UNSETTLED_SHARE),
+            SETTLED_BLOCKS.. => level(self.variance),
+        };
+    }
+}
+
+/// Index of [`LEVELS`] for this variance; `None` if it is too small.
+fn level(variance: f32) -> Option<u8> {
+    let mut levels = (0..).zip(LEVELS);
+    let level = levels.find(|(_, (least, _))| variance >= *least);
+    level.map(|(index, _)| index)
+}
+
+/// Longest credible runs at one period, in ticks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct EqualSamplesConfig {
+    /// As the host has set it, whatever the noise.
+    set: Option<u32>,
+    /// For each of [`LEVELS`].
+    learnt: [u32; LEVELS.len()],
+    pushed: u32,
+}
+
+checked!(EqualSamplesConfig {
+    set,
+    learnt,
+    pushed,
+});
+
+impl EqualSamplesConfig {
+    pub(super) fn new(limits: &Limits, period_us: u32) -> Self {
+        let correlated = 1.0 + (CORRELATED_US / period_us as f32).min(1.0);
+        let quiet_us = u32::from(limits.quiet_ms) * 1_000;
+        Self {
+            set: (quiet_us > 0).then(|| ticks(quiet_us, period_us, EQUAL_TICKS)),
+            learnt: LEVELS.map(|(_, run)| (run * correlated) as u32 + 1),
+            pushed: ticks(PUSHED_US, period_us, PUSHED_TICKS),
+        }
     }
 }
 
@@ -122,13 +194,32 @@ impl EncoderNoise {
 pub(super) struct EqualSamples {
     last: Option<u16>,
     run: Debounce,
+    pushed: Debounce,
 }
 
 impl EqualSamples {
-    /// Takes a sample. Whether as many as `longest` before it were equal to it.
-    pub(super) fn exceeds(&mut self, counts: u16, longest: u32) -> bool {
+    /// Takes a sample, of a joint that a torque must move or not. Returns the longest credible
+    /// run if as many samples before it were equal to it.
+    pub(super) fn exceeded(
+        &mut self,
+        config: &EqualSamplesConfig,
+        noise: &EncoderNoise,
+        counts: u16,
+        is_pushed: bool,
+    ) -> Option<u32> {
         let is_equal = self.last.replace(counts) == Some(counts);
-        self.run.count(is_equal, longest)
+        let learnt = noise
+            .level
+            .and_then(|level| config.learnt.get(usize::from(level)));
+        let longest = config.set.or(learnt.copied()).unwrap_or(u32::MAX);
+        let is_pushed = is_equal && is_pushed && learnt.is_some();
+        if self.run.count(is_equal, longest) {
+            Some(longest)
+        } else if self.pushed.count(is_pushed, config.pushed) {
+            Some(config.pushed)
+        } else {
+            None
+        }
     }
 }
 
@@ -147,6 +238,12 @@ mod tests {
         (middle + rms * (sum - 6.0) + 0.5) as u16
     }
 
+    /// Longest credible run at this period in µs, in ticks.
+    fn longest_run(noise: &EncoderNoise, period_us: u32) -> Option<u32> {
+        let config = EqualSamplesConfig::new(&Limits::default(), period_us);
+        noise.level.map(|level| config.learnt[usize::from(level)])
+    }
+
     /// The encoder's noise after so many samples.
     fn learnt(middle: impl Fn(u32) -> f32, rms: f32, samples: u32) -> EncoderNoise {
         let (mut noise, mut state) = (EncoderNoise::default(), 1);
@@ -159,20 +256,64 @@ mod tests {
     #[test]
     fn louder_encoders_have_shorter_runs() {
         let bounds = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 2.0]
-            .map(|rms| learnt(|_| 512.0, rms, 10_000).longest_run());
+            .map(|rms| longest_run(&learnt(|_| 512.0, rms, 10_000), 1_000));
         assert_eq!(
             bounds,
             [None, None, None, Some(252), Some(91), Some(67), Some(67)]
         );
-        assert_eq!(learnt(|_| 512.0, 1.0, 127).longest_run(), None);
-        assert!(learnt(|_| 512.0, 1.0, 128).longest_run().is_some());
+        let noise = learnt(|_| 512.0, 1.0, 10_000);
+        let runs = [1_000, 2_000, 10_000, 45_000].map(|period_us| longest_run(&noise, period_us));
+        assert_eq!(runs, [67, 50, 37, 35].map(Some));
+    }
+
+    /// 47 samples are too few to arm, 48 give a first bound, and 128 the whole estimate.
+    #[test]
+    fn noise_is_known_after_48_samples() {
+        let early = [47, 48, 128].map(|samples| {
+            let noise = learnt(|_| 512.0, 1.0, samples);
+            (
+                noise.is_known(),
+                noise.is_settled(),
+                longest_run(&noise, 1_000),
+            )
+        });
+        let expected = [
+            (false, false, None),
+            (true, false, Some(145)),
+            (true, true, Some(67)),
+        ];
+        assert_eq!(early, expected);
+        // One without noise flickers as much as it can.
+        let flicker = |n: u32| 512.0 + (n % 2) as f32;
+        let noise = learnt(flicker, 0.01, 48);
+        assert_eq!((noise.is_known(), longest_run(&noise, 1_000)), (true, None));
+    }
+
+    /// At 22 Hz a run of equal samples takes 1.6 s, and under a torque that must move the
+    /// joint 0.3 s.
+    #[test]
+    fn a_pushed_joint_that_repeats_a_count_has_a_stopped_encoder() {
+        let until = |noise: &EncoderNoise, period_us, is_pushed| {
+            let config = EqualSamplesConfig::new(&Limits::default(), period_us);
+            let mut equal = EqualSamples::default();
+            (0..1_000).position(|_| equal.exceeded(&config, noise, 512, is_pushed).is_some())
+        };
+        let noisy = learnt(|_| 512.0, 1.0, 1_000);
+        let ticks = [1_000, 10_000, 45_000]
+            .map(|period_us| [false, true].map(|is_pushed| until(&noisy, period_us, is_pushed)));
+        let expected = [[67, 67], [37, 10], [35, 6]];
+        assert_eq!(ticks, expected.map(|row| row.map(Some)));
+        // One without noise stands as still.
+        let quiet = learnt(|_| 512.0, 0.1, 1_000);
+        assert_eq!(until(&quiet, 45_000, true), None);
     }
 
     /// An encoder without noise flickers at an edge, and is silent elsewhere.
     #[test]
     fn an_edge_between_two_counts_is_no_noise() {
         for rms in [0.01, 0.1, 0.2] {
-            assert_eq!(learnt(|_| 512.5, rms, 10_000).longest_run(), None, "{rms}");
+            let noise = learnt(|_| 512.5, rms, 10_000);
+            assert_eq!(longest_run(&noise, 1_000), None, "{rms}");
         }
     }
 
@@ -185,7 +326,8 @@ mod tests {
                 400.0 + (phase % 400.0 - 200.0).abs()
             };
             let noise = learnt(wave, 0.1, 20_000);
-            assert_eq!(noise.longest_run(), None, "{counts_a_sample} {noise:?}");
+            let longest = longest_run(&noise, 1_000);
+            assert_eq!(longest, None, "{counts_a_sample} {noise:?}");
         }
     }
 
@@ -194,10 +336,13 @@ mod tests {
     fn an_encoder_that_works_is_never_too_long_at_one_count() {
         for (rms, samples) in [(0.6, 1_000_000), (1.0, 3_600_000)] {
             let noise = learnt(|_| 512.0, rms, 1_000);
-            let longest = noise.longest_run().unwrap();
-            let (mut equal, mut state) = (EqualSamples::default(), 7);
-            let exceeds = |_| equal.exceeds(sample(512.0, rms, &mut state), longest / 2);
-            assert!(!(0..samples).any(exceeds), "{rms}");
+            let longest = longest_run(&noise, 1_000).unwrap();
+            let (mut run, mut last, mut state) = (Debounce::default(), 0, 7);
+            let is_half = |_| {
+                let counts = sample(512.0, rms, &mut state);
+                run.count(core::mem::replace(&mut last, counts) == counts, longest / 2)
+            };
+            assert!(!(0..samples).any(is_half), "{rms}");
         }
     }
 
@@ -207,12 +352,12 @@ mod tests {
         for _ in 0..100_000 {
             noise.take(512);
         }
-        assert!(
-            noise.longest_run().is_some_and(|run| run <= 145),
-            "{noise:?}"
-        );
-        let mut equal = EqualSamples::default();
-        let run = (0..200).position(|_| equal.exceeds(512, 67));
-        assert_eq!(run, Some(67));
+        assert_eq!(longest_run(&noise, 1_000), Some(67), "{noise:?}");
+        // Nor is one known that stopped before it was.
+        let mut noise = learnt(|_| 512.0, 1.0, 16);
+        for _ in 0..100_000 {
+            noise.take(512);
+        }
+        assert!(!noise.is_known());
     }
 }

@@ -50,7 +50,7 @@ use crate::link::limits::Limits;
 use crate::link::message::Missing;
 use crate::link::mode::Fault;
 use dropout::{Dropout, DropoutConfig};
-use encoder_noise::{EncoderNoise, EqualSamples};
+use encoder_noise::{EncoderNoise, EqualSamples, EqualSamplesConfig};
 use external_torque::{ExternalTorque, ExternalTorqueConfig};
 use innovation::Innovation;
 use motion::{Motion, MotionLimits};
@@ -66,9 +66,6 @@ pub use violation::Violation;
 /// Samples in a row with an alarm. One may be damage that its checksum did not detect: one in
 /// 256 is not detected. A servo that has switched torque off repeats its alarm.
 const ALARM_SAMPLES: u32 = 2;
-
-/// Least number of consecutive equal samples with which an encoder has stopped, at any period.
-const EQUAL_TICKS: u32 = 5;
 
 /// Inputs of the monitors in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,8 +103,7 @@ pub(super) struct MonitorConfig {
     dropout: DropoutConfig,
     fast_ticks: u32,
     stall: StallConfig,
-    /// Consecutive equal samples with which an encoder has stopped, where that is not learnt.
-    equal_ticks: Option<u32>,
+    equal: EqualSamplesConfig,
     period_ms: f32,
     external: ExternalTorqueConfig,
     soft_stop: SoftStop,
@@ -120,7 +116,7 @@ checked!(MonitorConfig {
     dropout,
     fast_ticks,
     stall,
-    equal_ticks,
+    equal,
     period_ms,
     external,
     soft_stop,
@@ -162,10 +158,7 @@ impl MonitorConfig {
             dropout: DropoutConfig::new(&limits, period_us),
             fast_ticks: motion::fast_ticks(period_us),
             stall: StallConfig::new(period_us),
-            equal_ticks: (limits.quiet_ms > 0).then(|| {
-                let quiet_us = u32::from(limits.quiet_ms) * 1_000;
-                debounce::ticks(quiet_us, period_us, EQUAL_TICKS)
-            }),
+            equal: EqualSamplesConfig::new(&limits, period_us),
             period_ms: period_us as f32 * 1e-3,
             external: ExternalTorqueConfig::new(period_us),
             soft_stop: SoftStop::new(angle_rad, period_us),
@@ -185,6 +178,14 @@ impl MonitorConfig {
     /// Number of consecutive missing samples of a joint that is a violation.
     pub(super) fn dropout_ticks(&self) -> u32 {
         self.dropout.row_ticks()
+    }
+
+    /// The first joint beyond its angle limit, at these angles in rad.
+    pub(super) fn beyond_limit(&self, angle_rad: [f32; JOINTS]) -> Option<u8> {
+        let mut joints = (0..).zip(angle_rad.into_iter().zip(self.angle_rad));
+        // NaN is beyond.
+        let beyond = joints.find(|(_, (angle, limit))| !(angle.abs() <= *limit));
+        beyond.map(|(joint, _)| joint)
     }
 
     /// The farthest angle in rad at which this joint with this speed is not braked before its
@@ -221,6 +222,13 @@ impl Monitors {
         }
     }
 
+    /// The first joint whose encoder has not shown its noise.
+    pub(super) fn unknown_encoder(&self) -> Option<u8> {
+        let mut noise = (0..).zip(&self.noise);
+        let unknown = noise.find(|(_, noise)| !noise.is_known());
+        unknown.map(|(joint, _)| joint)
+    }
+
     /// Samples of this joint that are missing in a row.
     pub(super) fn lost_in_row(&self, joint: usize) -> u32 {
         self.dropout.in_row(joint)
@@ -255,7 +263,9 @@ impl Monitors {
                     });
                 }
                 joint.innovation.check_range(limits, id, counts)?;
-                joint.check_equal(config, noise, id, counts)?;
+                let unmet_nm = input.balance.map_or(0.0, |balance| balance[i].unmet_nm);
+                let is_pushed = unmet_nm.abs() > limits.external_nm[i];
+                joint.check_equal(config, noise, id, counts, is_pushed)?;
                 let push_nm = input.torque_nm[i] - input.gravity_nm[i];
                 joint
                     .stall
@@ -286,11 +296,11 @@ impl Monitors {
         Ok(())
     }
 
-    /// Learns the encoders' noise, until it is known and whenever motors are off.
+    /// Learns the encoders' noise, until it is settled and whenever motors are off.
     fn learn_noise(&mut self, input: &MonitorInput<'_>) {
         for (noise, counts) in self.noise.iter_mut().zip(input.counts) {
             match counts {
-                Some(counts) if !(input.is_armed && noise.is_known()) => noise.take(counts),
+                Some(counts) if !(input.is_armed && noise.is_settled()) => noise.take(counts),
                 Some(_) | None => noise.pause(),
             }
         }
@@ -330,17 +340,18 @@ impl Monitors {
 }
 
 impl JointMonitors {
-    /// Checks that the encoder has not stopped.
+    /// Checks that the encoder has not stopped; `is_pushed` with a torque that must move the
+    /// joint.
     fn check_equal(
         &mut self,
         config: &MonitorConfig,
         noise: &EncoderNoise,
         joint: u8,
         counts: u16,
+        is_pushed: bool,
     ) -> Result<(), Violation> {
-        let longest = config.equal_ticks.or_else(|| noise.longest_run());
-        let longest = longest.unwrap_or(u32::MAX);
-        if self.equal.exceeds(counts, longest) {
+        let longest = self.equal.exceeded(&config.equal, noise, counts, is_pushed);
+        if let Some(longest) = longest {
             let longest_ms = longest as f32 * config.period_ms;
             return Err(Violation {
                 fault: Fault::EncoderFrozen,

@@ -20,7 +20,7 @@ pub use measure::Unusable;
 pub use motor::MotorError;
 
 use armbridge_client::ctrl_c;
-use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
+use armbridge_client::session::{ARM_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::link::message::{Command, Mode, Settings, Setup};
@@ -344,9 +344,7 @@ fn answer(view: &mut View<'_>, since_us: u64, refused: &'static str) -> Result<b
             result: refused,
             refusal,
         }),
-        None if view.now_us.saturating_sub(since_us) > ANSWER_TIMEOUT_US => {
-            Err(TaskError::NoAnswer)
-        }
+        None if view.now_us.saturating_sub(since_us) > ARM_TIMEOUT_US => Err(TaskError::NoAnswer),
         None => Ok(false),
     }
 }

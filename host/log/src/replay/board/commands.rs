@@ -93,6 +93,13 @@ impl Board {
             Err(Refusal::Hot { joint }) => Some(joint),
             _ => None,
         };
+        // It depends on all samples of the session, some of which may be missing.
+        self.bus.encoder_refusal = recorded.err().filter(|refusal| {
+            matches!(
+                refusal,
+                Refusal::EncoderUnknown { .. } | Refusal::BeyondLimit { .. }
+            )
+        });
         let session = match command {
             // The session has been checked.
             Command::Arm { session } => session,

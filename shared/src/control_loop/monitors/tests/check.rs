@@ -131,3 +131,30 @@ fn a_restart_forgets() {
         fixture.restart();
     }
 }
+
+/// Of a joint without samples, however long, nothing is known.
+#[test]
+fn an_encoder_is_unknown_until_it_has_given_samples() {
+    let state = at(0.0, 0.0);
+    let missing = MonitorInput {
+        counts: [Some(512), None],
+        measured_rad: [Some(0.0), None],
+        is_armed: false,
+        ..seen(&state)
+    };
+    let whole = MonitorInput {
+        is_armed: false,
+        ..seen(&state)
+    };
+    let mut fixture = Fixture::new(Limits::default(), 1_000);
+    let mut unknown_after = |seen: &MonitorInput<'_>, ticks| {
+        for _ in 0..ticks {
+            assert_eq!(fixture.check(seen), Ok(()));
+        }
+        fixture.monitors.unknown_encoder()
+    };
+    assert_eq!(unknown_after(&missing, 47), Some(0));
+    assert_eq!(unknown_after(&missing, 1_000), Some(1));
+    assert_eq!(unknown_after(&whole, 47), Some(1));
+    assert_eq!(unknown_after(&whole, 1), None);
+}

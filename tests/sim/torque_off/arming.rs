@@ -1,0 +1,47 @@
+//! What the samples must show before the board arms.
+
+use armbridge_shared::arm::State;
+use armbridge_shared::link::message::{Command, Mode, Refusal};
+use armbridge_shared::servo::Firmware;
+use armbridge_sim::plant::PlantConfig;
+use armbridge_tests::torque_off::rig::{World, bench, with_rig};
+use nalgebra::Vector2;
+
+/// 48 samples at rest show the noise of the encoders, without which one that stops goes
+/// unnoticed; now and then 16 of them do not count.
+#[test]
+fn a_board_arms_as_soon_as_it_knows_the_encoders() {
+    let bench = bench(&PlantConfig::default(), Firmware::Morpheus);
+    with_rig(World::Bench, bench, |rig| {
+        let (session, from_us) = (rig.host().session(), rig.now_us());
+        let arm = Command::Arm { session };
+        assert_eq!(
+            rig.command_once(arm),
+            Err(Refusal::EncoderUnknown { joint: 0 })
+        );
+        assert_eq!((rig.command(arm), rig.mode()), (Ok(()), Some(Mode::Armed)));
+        let waited_us = rig.now_us() - from_us;
+        assert!((46_000..85_000).contains(&waited_us), "{waited_us} µs");
+        // Known for the rest of the session.
+        assert_eq!(rig.command_once(Command::Idle), Ok(()));
+        assert_eq!(rig.command_once(arm), Ok(()));
+    });
+}
+
+#[test]
+fn an_arm_beyond_its_limit_is_not_armed() {
+    for joint in [0, 1] {
+        let mut initial = Vector2::zeros();
+        initial[usize::from(joint)] = -1.53;
+        let lying = PlantConfig {
+            initial: State::at_rest(initial),
+            ..PlantConfig::default()
+        };
+        with_rig(World::Bench, bench(&lying, Firmware::Morpheus), |rig| {
+            let session = rig.host().session();
+            let answer = rig.command(Command::Arm { session });
+            assert_eq!(answer, Err(Refusal::BeyondLimit { joint }));
+            assert_eq!(rig.mode(), Some(Mode::Idle));
+        });
+    }
+}
