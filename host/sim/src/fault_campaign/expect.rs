@@ -10,10 +10,12 @@ use Fault::{
     HostSilent, JointsSwapped, MotorDirection, Overrun, PwmLimit, SamplesLost, SamplesRare,
     ServoAlarm, ServoReset, ServoSilent, SpeedLimit, Stuck, Temperature, TorqueLimit, TorqueRate,
 };
+use armbridge_shared::control_loop::limits::CHECK_PERIOD_MAX_US;
 use armbridge_shared::link::message::{Fault, Refusal, StopSource};
 use armbridge_shared::servo::Firmware;
 
 use super::case::Case;
+use super::injection::{Injection, Origin};
 use super::kind::Kind;
 use crate::half_duplex_bus::BusDirection;
 
@@ -23,9 +25,8 @@ pub const STOP_US: u64 = 20_000;
 
 /// Kinds that boards do not detect yet, or not always: their wrong names and the harm that
 /// they do are counted apart. A guard takes its kind off this list.
-pub(super) const UNGUARDED: [Kind; 8] = [
+const UNGUARDED: [Kind; 7] = [
     Kind::SecondMaster,
-    Kind::Frozen,
     Kind::EncoderStep,
     Kind::EncoderDrift,
     Kind::TorqueOffset,
@@ -34,8 +35,9 @@ pub(super) const UNGUARDED: [Kind; 8] = [
     Kind::CalibrationDirection,
 ];
 
-/// Kinds that the check of the motors finds, which boards leave out at long periods.
-pub(super) const CHECKED_AT_ARMING: [Kind; 2] = [Kind::SwappedFirst, Kind::TorqueSign];
+/// Longest period in µs at which an encoder that stops is detected before the arm has fallen: a
+/// run of equal samples takes 0.4 s there, and 1.6 s at 45 ms.
+const FROZEN_PERIOD_US: u32 = 10_000;
 
 /// A row of the table.
 #[derive(Clone, Copy, Debug)]
@@ -183,6 +185,18 @@ pub(super) fn is_fault_expected(kind: Kind, fault: Fault, case: &Case) -> bool {
     let is_held = case.is_obstructed && matches!(kind, Kind::LineLow | Kind::LineHigh);
     let is_listed = expected(kind, case.servos()).faults.contains(&fault);
     is_listed || (is_held && fault == Diverged)
+}
+
+/// Whether boards detect this injection. An encoder that has stopped before arming repeats its
+/// count as one without noise does, until the joint should move. At long periods motors are not
+/// checked.
+pub(super) fn is_guarded(injection: &Injection, case: &Case) -> bool {
+    let period_us = case.set_up.period_us;
+    match injection.kind {
+        Kind::Frozen => injection.origin == Origin::Ready && period_us <= FROZEN_PERIOD_US,
+        Kind::SwappedFirst | Kind::TorqueSign => period_us <= CHECK_PERIOD_MAX_US,
+        kind => !UNGUARDED.contains(&kind),
+    }
 }
 
 /// Whether this refusal to configure or arm names the fault.

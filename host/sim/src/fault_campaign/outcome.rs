@@ -1,11 +1,10 @@
 //! Outcome of a case.
 
-use armbridge_shared::control_loop::limits::CHECK_PERIOD_MAX_US;
 use serde::Serialize;
 
 use super::activity::Activity;
 use super::case::Case;
-use super::expect::{CHECKED_AT_ARMING, UNGUARDED};
+use super::expect::is_guarded;
 use super::kind::Kind;
 use super::set_up::{Bus, SetUp};
 
@@ -40,6 +39,8 @@ pub struct Outcome {
     pub is_cleared: Option<bool>,
     /// Violated requirements.
     pub failures: Vec<String>,
+    /// Whether boards detect all of its faults.
+    pub is_guarded: bool,
 }
 
 impl Outcome {
@@ -59,20 +60,13 @@ impl Outcome {
             far_ms: 0.0,
             is_cleared: None,
             failures: Vec::new(),
+            is_guarded: case.injections.iter().all(|it| is_guarded(it, case)),
         }
     }
 
     /// Whether one fault was injected, not a pair.
     pub(crate) fn is_single(&self) -> bool {
         self.kinds.len() == 1
-    }
-
-    /// Whether boards detect all of its kinds.
-    pub(crate) fn is_guarded(&self) -> bool {
-        let is_checked = self.set_up.period_us <= CHECK_PERIOD_MAX_US;
-        !self.kinds.iter().any(|kind| {
-            UNGUARDED.contains(kind) || (!is_checked && CHECKED_AT_ARMING.contains(kind))
-        })
     }
 
     /// Adds a violated requirement, once.

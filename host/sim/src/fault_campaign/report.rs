@@ -83,7 +83,7 @@ impl Report {
         });
         let is_failed = |outcome: &&Outcome| !outcome.failures.is_empty();
         let is_wrong = |outcome: &&Outcome| outcome.is_single() && !outcome.is_fault_expected;
-        let guarded = || outcomes.iter().filter(|outcome| outcome.is_guarded());
+        let guarded = || outcomes.iter().filter(|outcome| outcome.is_guarded);
         let activities = Activity::ALL.into_iter().map(|activity| {
             let cases = outcomes.iter().filter(|it| it.activity == activity);
             Row::new(activity.name().into(), cases)
@@ -92,7 +92,7 @@ impl Report {
             singles: rows.filter(|row| row.cases > 0).collect(),
             guarded_singles: Row::new(
                 "detected kinds".into(),
-                singles().filter(|outcome| outcome.is_guarded()),
+                singles().filter(|outcome| outcome.is_guarded),
             ),
             all_singles: Row::new("singles".into(), singles()),
             all_pairs: Row::new("pairs".into(), outcomes.iter().filter(|o| !o.is_single())),
@@ -108,7 +108,7 @@ impl Report {
             unexpected: guarded().filter(is_wrong).map(Failure::new).collect(),
             unguarded: outcomes
                 .iter()
-                .filter(|outcome| !outcome.is_guarded())
+                .filter(|outcome| !outcome.is_guarded)
                 .filter(|outcome| is_failed(outcome) || is_wrong(outcome))
                 .map(Failure::new)
                 .collect(),
