@@ -183,8 +183,7 @@ impl MonitorConfig {
     /// The first joint beyond its angle limit, at these angles in rad.
     pub(super) fn beyond_limit(&self, angle_rad: [f32; JOINTS]) -> Option<u8> {
         let mut joints = (0..).zip(angle_rad.into_iter().zip(self.angle_rad));
-        // NaN is beyond.
-        let beyond = joints.find(|(_, (angle, limit))| !(angle.abs() <= *limit));
+        let beyond = joints.find(|(_, (angle, limit))| angle.is_nan() || angle.abs() > *limit);
         beyond.map(|(joint, _)| joint)
     }
 
