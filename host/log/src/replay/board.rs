@@ -28,7 +28,7 @@ mod commands;
 use std::collections::VecDeque;
 
 use armbridge_shared::arm::State as ArmState;
-use armbridge_shared::bridge::app_core::{BusFacts, Core, TickSamples};
+use armbridge_shared::bridge::app_core::{BusAction, BusFacts, Core, TickSamples};
 use armbridge_shared::control_loop::LoopConfig;
 use armbridge_shared::flow_token::FlowToken;
 use armbridge_shared::link::experiment::Conclusion;
@@ -45,6 +45,8 @@ use super::tick_facts::{HostEvent, is_off, planned_us};
 pub(super) struct Board {
     core: Core,
     bus: BusFacts,
+    /// Shortest period in µs after a stop, which releases stock servos.
+    released_period_us: u32,
     is_ticking: bool,
     concluded: VecDeque<Conclusion>,
 }
@@ -64,6 +66,7 @@ impl Board {
                 hot_joint: None,
                 encoder_refusal: None,
             },
+            released_period_us: 0,
             is_ticking: false,
             concluded: VecDeque::new(),
         })
@@ -82,11 +85,12 @@ impl Board {
     /// stretches it.
     pub(super) fn set_line(&mut self, firmware: Firmware, baud: u32, is_ready: bool) {
         let is_prepared = is_ready || firmware == Firmware::Morpheus;
-        let readiness = if is_prepared {
-            Readiness::Prepared
+        let [readiness, after_stop] = if is_prepared {
+            [Readiness::Prepared, Readiness::Released]
         } else {
-            Readiness::Unknown
+            [Readiness::Unknown; 2]
         };
+        self.released_period_us = tick_us(firmware, baud, after_stop);
         self.bus = BusFacts {
             is_prepared,
             least_period_us: tick_us(firmware, baud, readiness),
@@ -151,6 +155,9 @@ impl Board {
     /// Ends bring-up, unless ticks go on already.
     pub(super) fn begin_ticking(&mut self) {
         if !self.is_ticking {
+            if self.core.state() == State::Passthrough {
+                self.return_bus();
+            }
             self.is_ticking = true;
             self.core.begin_ticking();
             self.drain();
@@ -255,7 +262,10 @@ impl Board {
 
     /// Takes the core's outputs to bus and host.
     fn drain(&mut self) {
-        if self.core.take_bus_action().is_some() {
+        if let Some(action) = self.core.take_bus_action() {
+            if action == BusAction::Halt {
+                self.bus.least_period_us = self.released_period_us;
+            }
             let state = self.core.state();
             self.is_ticking &= !matches!(state, State::Boot | State::Passthrough);
         }

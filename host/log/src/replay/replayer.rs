@@ -274,8 +274,12 @@ impl Replayer {
             let is_planned = matches!(last.mode, Mode::Fault(_)) || self.is_stopped_by_fault;
             !is_planned && tick_facts::planned_us(record) != self.planned_us
         });
-        let is_due = is_off_schedule || !self.board.is_ticking() || self.tally.records == 1;
-        while let Some(message) = self.pending.next(Place::Between(record), is_due) {
+        let is_due = is_off_schedule || self.tally.records == 1;
+        // What ends the ticks is followed by bring-up, which has no tick of its own.
+        while let Some(message) = {
+            let is_due = is_due || !self.board.is_ticking();
+            self.pending.next(Place::Between(record), is_due)
+        } {
             self.apply(&message)?;
         }
         self.detect_gap(record);

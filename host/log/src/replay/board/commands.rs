@@ -29,6 +29,11 @@ impl Board {
         self.apply(Event::ClientCame);
     }
 
+    /// Takes it back when the client has left.
+    pub(super) fn return_bus(&mut self) {
+        self.apply(Event::ClientLeft);
+    }
+
     fn apply(&mut self, event: Event) {
         // Never refused.
         let _ = self.core.apply(event);
