@@ -10,7 +10,7 @@ use super::idle_request::{IdleRequest, Owner};
 use super::time_budget::TimeBudget;
 use super::{BusPermission, BusSequencer, Dropouts, State};
 use crate::servo::Query;
-use crate::servo::master::timing::{GUARD_US, reply_latency_us};
+use crate::servo::master::timing::{GUARD_US, reply_latency_us, same_servo_guard_us};
 use crate::servo::port::SetBaud;
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
@@ -93,14 +93,14 @@ where
         if !(self.is_ticking() && self.master.is_idle()) {
             return None;
         }
-        let begins_us = self.now_us.max(self.master.ready_at_us());
+        let begins_us = self.now_us.max(self.master.ready_at_us(id));
         let budget_us = tick_due_us.saturating_sub(begins_us + GUARD_US + RESERVE_US);
         Some(self.budget_of(id, budget_us as u32))
     }
 
     /// Time budget of a period after an exchange of this duration, for this servo.
     pub fn spare_budget(&self, id: u8, period_us: u32, exchange_us: u32) -> TimeBudget {
-        let rests_us = (2 * GUARD_US + RESERVE_US) as u32;
+        let rests_us = (same_servo_guard_us(self.firmware()) + GUARD_US + RESERVE_US) as u32;
         self.budget_of(id, period_us.saturating_sub(exchange_us + rests_us))
     }
 

@@ -15,6 +15,10 @@ pub(super) trait Exchange: Protocol {
     /// Longest time in µs until a servo of unknown settings begins its reply.
     const LATENCY_US: u32;
 
+    /// Idle time in µs before a request to the servo that sent last. Ticks ask the servos in
+    /// turn, and need [`GUARD_US`] only.
+    const SAME_SERVO_GUARD_US: u64;
+
     /// Longest time in µs that a reply to a request takes beyond its bytes, from a servo
     /// whose settings are known to be short or not.
     fn reply_latency_us(baud: u32, answers_soon: bool) -> u32;

@@ -52,6 +52,7 @@ use echo::Echo;
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
 use receiver::Receiver;
+use timing::same_servo_guard_us;
 
 /// Reads from the port in one poll: the longest transmission's echo and more.
 const DRAIN_MAX: usize = 256;
@@ -204,12 +205,15 @@ where
             return Err(Busy);
         }
         self.drain(now_us);
+        self.begun_us = now_us.max(match transaction {
+            Transaction::Request(expected) => self.ready_at_us(expected.id),
+            _ => self.active_us.saturating_add(GUARD_US),
+        });
         self.transaction = transaction;
         self.next_step = 0;
         self.samples = NO_SAMPLES;
         self.alarms = [Alarms::NONE; JOINTS];
         self.reply = None;
-        self.begun_us = now_us.max(self.ready_at_us());
         self.phase = Phase::Pausing {
             until_us: self.begun_us,
         };
@@ -306,9 +310,28 @@ where
         matches!(self.phase, Phase::Idle)
     }
 
-    /// Time in µs at which the bus has been idle long enough for another request.
-    pub fn ready_at_us(&self) -> u64 {
-        self.active_us.saturating_add(GUARD_US)
+    /// Time in µs at which the bus has been idle long enough for a request to this servo.
+    pub fn ready_at_us(&self, id: u8) -> u64 {
+        let guard_us = if self.last_id() == Some(id) {
+            same_servo_guard_us(self.firmware())
+        } else {
+            GUARD_US
+        };
+        self.active_us.saturating_add(guard_us)
+    }
+
+    /// The servo that was asked last.
+    fn last_id(&self) -> Option<u8> {
+        let joint = match self.transaction {
+            Transaction::Request(expected) => return Some(expected.id),
+            Transaction::Ping { joint } => joint,
+            Transaction::Drive(_)
+            | Transaction::HoldOff
+            | Transaction::StopWedged { .. }
+            | Transaction::Start => JOINTS - 1,
+            Transaction::Stop | Transaction::BriefStop => return None,
+        };
+        self.line.ids.get(joint).map(|id| id.get())
     }
 
     /// Latest time of the next poll; `u64::MAX` when there is nothing to do.

@@ -22,6 +22,11 @@ pub fn reply_latency_us(firmware: Firmware, baud: u32, answers_soon: bool) -> u3
     with_protocol!(firmware, P => P::reply_latency_us(baud, answers_soon))
 }
 
+/// Idle time in µs before a request to the servo that sent last.
+pub fn same_servo_guard_us(firmware: Firmware) -> u64 {
+    with_protocol!(firmware, P => P::SAME_SERVO_GUARD_US)
+}
+
 /// Shortest period in µs in which a tick's exchange with two servos, and the idle time
 /// after it, is sure to end. It is longer with stock servos that are not prepared: their
 /// factory return delay is long.

@@ -52,6 +52,8 @@ const TICK_BYTES: u32 = 16 + 6 + POSITIONS_BYTES;
 impl Exchange for Morpheus {
     const LATENCY_US: u32 = LATENCY_US;
 
+    const SAME_SERVO_GUARD_US: u64 = GUARD_US;
+
     fn reply_latency_us(_baud: u32, answers_soon: bool) -> u32 {
         if answers_soon { ANSWER_US } else { LATENCY_US }
     }

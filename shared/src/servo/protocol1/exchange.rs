@@ -53,6 +53,10 @@ const REST: Step = Step::Pause {
 impl Exchange for Protocol1 {
     const LATENCY_US: u32 = LATENCY_US;
 
+    /// A control step at the end of its status packet keeps a servo's bus driver on, with which it
+    /// receives nothing.
+    const SAME_SERVO_GUARD_US: u64 = GUARD_US + CONTROL_STEP_US;
+
     fn reply_latency_us(baud: u32, answers_soon: bool) -> u32 {
         let begins_us = if answers_soon {
             SHORT_STATUS_US + WRITE_US
