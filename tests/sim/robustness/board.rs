@@ -9,7 +9,7 @@ use armbridge_shared::link::schema;
 
 use super::session::{Seen, Test};
 
-const STREAMS: usize = 220_000;
+const STREAMS: usize = 700_000;
 /// Records, ticks with torque on, set-ups installed, commands refused, packets passed
 /// and packets kept: below these the test has not seen enough to prove anything.
 const LEAST: [usize; 6] = [100_000, 10_000, 100, 10_000, 300, 300];

@@ -6,7 +6,7 @@ use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
 use armbridge_shared::bridge::{Bridge, Channels, LinkPort, Progress};
 use armbridge_shared::link::frame::{Decoder, Encoder, MAX, Received};
 use armbridge_shared::link::message::{
-    BoardReport, Command, Fault, Mode, PortCounters, Record, Settings, ToBoard, ToHost,
+    BoardReport, Command, Fault, Limits, Mode, PortCounters, Record, Settings, ToBoard, ToHost,
 };
 use armbridge_shared::link::schema;
 use armbridge_shared::servo::Firmware;
@@ -57,13 +57,21 @@ impl<'a> Test<'a> {
     pub(crate) fn new(channels: &'a mut Channels, seed: u64) -> Self {
         let (end, link, client) = channels.split();
         let port = Port::new(false, 1000);
+        // Motors that have been checked: these servos move as they like.
+        let settings = Settings {
+            limits: Limits {
+                check_rad_s2: 0,
+                ..Limits::default()
+            },
+            ..Settings::default()
+        };
         let report = BoardReport {
             session: 7,
             ..BoardReport::default()
         };
         Self {
-            bridge: Bridge::new(port.clone(), port.clone(), end, 0, &Settings::default()).unwrap(),
-            link: LinkPort::new(link, report, Settings::default()),
+            bridge: Bridge::new(port.clone(), port.clone(), end, 0, &settings).unwrap(),
+            link: LinkPort::new(link, report, settings),
             client,
             port,
             servos: Servos {

@@ -19,7 +19,8 @@ fn a_board_arms_as_soon_as_it_knows_the_encoders() {
             rig.command_once(arm),
             Err(Refusal::EncoderUnknown { joint: 0 })
         );
-        assert_eq!((rig.command(arm), rig.mode()), (Ok(()), Some(Mode::Armed)));
+        let is_checked = (rig.command(arm), rig.mode());
+        assert_eq!(is_checked, (Ok(()), Some(Mode::MotorCheck)));
         let waited_us = rig.now_us() - from_us;
         assert!((46_000..85_000).contains(&waited_us), "{waited_us} µs");
         // Known for the rest of the session.
