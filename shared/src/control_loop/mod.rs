@@ -67,6 +67,7 @@
 //! | `pipeline`     | from state and reference to PWM                          |
 //! | `monitors`     | fault detection and limits                               |
 //! | `motor_check`  | direction and joint of each motor, before the loop closes |
+//! | `motor_command` | demand of the drive, within all limits                  |
 //! | [`mod@reference`] | sources of the reference                              |
 //! | `experiment`   | experiments, from admission to the end                   |
 //! | [`limits`]     | limits that no host can set                              |
@@ -78,6 +79,7 @@ mod experiment;
 pub mod limits;
 mod monitors;
 mod motor_check;
+mod motor_command;
 mod pipeline;
 pub mod reference;
 mod tick;
@@ -101,7 +103,7 @@ use experiment::ActiveExperiment;
 use monitors::{MonitorInput, Monitors};
 use motor_check::{CheckInput, CheckStep, MotorCheck};
 use nalgebra::Vector2;
-use pipeline::{Demand, FeedForward};
+use pipeline::FeedForward;
 use reference::ReferenceSource;
 use tick::TickStatus;
 
@@ -311,21 +313,6 @@ impl ControlLoop {
             .advance_from(&control.arm, posture, &mut self.estimate, known_nm)
     }
 
-    /// Controller output and torque offset, less the estimated disturbance.
-    fn demand(
-        &self,
-        config: &LoopConfig,
-        state: &State<f32>,
-        reference: &Reference<f32>,
-        forward_nm: Vector2<f32>,
-    ) -> Demand {
-        let demand = config.control.demand(state, reference, forward_nm);
-        Demand {
-            torque_nm: demand.torque_nm + self.bump_nm - self.estimate.disturbance(),
-            ..demand
-        }
-    }
-
     /// A tick of the motor check, if it is permitted.
     fn check_motors<'a>(
         &mut self,
@@ -338,69 +325,6 @@ impl ControlLoop {
             status.trip(violation);
         }
         step
-    }
-
-    /// Torque that the source of the drive demands.
-    fn drive_demand(
-        &mut self,
-        config: &LoopConfig,
-        ahead: &State<f32>,
-        reference: &Reference<f32>,
-    ) -> Demand {
-        match self.drive() {
-            Drive::Torque => Demand {
-                torque_nm: self.commanded.torque_nm().into(),
-                friction_nm: Vector2::zeros(),
-            },
-            Drive::Regulate | Drive::Track | Drive::Hold | Drive::Experiment => {
-                let forward_nm = self.feed_forward.at(&config.control, reference);
-                self.demand(config, ahead, reference, forward_nm)
-            }
-        }
-    }
-
-    /// Command for the motors in the next tick, within all limits; off without a demand.
-    fn command(
-        &mut self,
-        config: &LoopConfig,
-        in_force: &ActuatorCommand,
-        ahead: &State<f32>,
-        demand: Option<Demand>,
-        is_driven: bool,
-        guards: &mut Guards,
-    ) -> Result<ActuatorCommand, Violation> {
-        let Some(Demand {
-            mut torque_nm,
-            mut friction_nm,
-        }) = demand
-        else {
-            return Ok(ActuatorCommand::OFF);
-        };
-        let control = &config.control;
-        let is_experiment = is_driven && self.drive() == Drive::Experiment;
-        let exact_pwm = is_experiment.then(|| {
-            self.experiment
-                .override_torque(&control.joints, &mut torque_nm, &mut friction_nm)
-        });
-        let before_nm = in_force.total_nm();
-        let monitors = &config.monitors;
-        let limited = self
-            .monitors
-            .limit(monitors, &control.arm, ahead, torque_nm, before_nm)?;
-        let pwm_max = config.limits().pwm_counts;
-        let commands = match exact_pwm {
-            None => control.commands(limited.torque_nm, friction_nm, pwm_max),
-            Some(exact_pwm) => {
-                control.commands_with_pwm(exact_pwm, limited.torque_nm, friction_nm, pwm_max)
-            }
-        };
-        let (command, is_limited) = commands.ok_or(Violation::plain(Fault::NotFinite))?;
-        *guards = limited.guards;
-        if is_limited {
-            *guards = guards.or(Guards::PWM);
-        }
-        self.monitors.note_pwm(monitors, is_limited)?;
-        Ok(command)
     }
 
     /// Consecutive missing samples of this joint.
