@@ -281,8 +281,7 @@ impl MotorCheck {
     /// The outcome of a joint that has moved too far: what the samples until then show.
     fn far(&self, joint: usize, moved_rad: f32, mass: Vector2<f32>) -> CheckStep {
         let [first, second] = self.responses.each_ref().map(Response::ratio);
-        let fits = self.responses.each_ref().map(Response::fit);
-        let fault = if fits.iter().flatten().any(|fit| fit.response < -MOVED) {
+        let fault = if self.responses.iter().any(|it| it.direction() < -MOVED) {
             Fault::MotorDirection
         } else if first > MOVED && second > MOVED {
             match self.assignment([first, second], mass) {

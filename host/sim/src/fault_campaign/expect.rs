@@ -63,7 +63,7 @@ macro_rules! rows {
 
 /// Permitted faults of each kind, in one row each. A row holds for both firmwares unless
 /// [`STOCK`] has another.
-const TABLE: [Expected; 36] = rows! {
+const TABLE: [Expected; 38] = rows! {
     Kind::Bytes(BusDirection::ToServos, _) => [SamplesLost, SamplesRare, ServoSilent, Diverged]
         "a servo does not answer a damaged request; if only a PWM value is lost, the arm \
          departs from the model";
@@ -100,8 +100,9 @@ const TABLE: [Expected; 36] = rows! {
         "the arm follows the reading until the torque that holds it is not what the model \
          expects";
     Kind::EncoderNoise => [Diverged, SpeedLimit, AngleLimit, TorqueLimit, TorqueRate, PwmLimit,
-                           DeadZone, SamplesRare, SamplesLost]
-        "samples are far from the prediction, or the torque is noisy";
+                           DeadZone, SamplesRare, SamplesLost, ExternalTorque]
+        "samples are far from the prediction, or the torque is noisy; to the check of the motors \
+         they are motion that no torque explains";
     Kind::TorqueGain | Kind::TorqueOffset => [ExternalTorque, JointsSwapped, Diverged, SpeedLimit,
                                               AngleLimit, Stuck, TorqueLimit]
         "a torque that the model does not explain; the loop tolerates a small one, and motors \
@@ -122,17 +123,22 @@ const TABLE: [Expected; 36] = rows! {
         "arming is refused until the loss of the settings is confirmed";
     Kind::Hot => [Temperature]
         "it drifts beyond its limit";
-    Kind::HostVanish | Kind::HostStall | Kind::HostSchema | Kind::HostReplay => [HostSilent]
-        "frames that are not new and valid count as silence; a pause is tolerated, and so are \
-         replayed frames beside the host's own. A replay that includes the hello is a host \
-         to the board: nothing in the frames distinguishes the two";
+    Kind::HostReplay => [HostSilent, AngleLimit]
+        "replayed frames beside the host's own count for nothing. A replay that includes the \
+         hello is a host to the board: nothing in the frames distinguishes the two; an arm that \
+         it disarms, or keeps from being driven, falls";
+    Kind::HostVanish | Kind::HostStall | Kind::HostSchema => [HostSilent]
+        "frames that are not new and valid count as silence; a pause is tolerated";
     Kind::HostFlood => [EmergencyStop(StopSource::Flood)]
         "garbage outweighs the frames";
     Kind::HostGarbage | Kind::HostRange | Kind::Goodbye => [AngleLimit]
         "enough frames arrive; numbers out of range are refused, and an arm whose motors were \
          checked falls if nothing drives it then; a goodbye disarms";
-    Kind::HostHeartbeats | Kind::HostHello => []
-        "a command that is too old ends without a fault; a hello disarms";
+    Kind::HostHeartbeats => [AngleLimit]
+        "a command that is too old ends without a fault; an arm whose motors were checked falls \
+         if nothing drives it then";
+    Kind::HostHello => []
+        "a hello disarms";
     Kind::ClientHang | Kind::ClientBaud => []
         "a client that is silent loses the bus, and one that comes later is refused";
     Kind::BrownOut => []

@@ -25,6 +25,8 @@ const HEARTBEAT_US: u64 = 25_000;
 const ALL: f64 = 0.94;
 /// Amount of a replay that replaces all other frames.
 const REPLAY_ALONE: f64 = 0.5;
+/// Time in µs after arming within which the motors are checked, at the longest period of that.
+const CHECKED_US: u64 = 1_000_000;
 /// Step of an encoder, in counts, that no motion explains: twice the innovation's limit.
 const STEP_COUNTS: f64 = 40.0;
 /// Drift of an encoder, in counts, that takes the arm as far as it may be: 0.5 rad.
@@ -39,14 +41,20 @@ pub(super) fn fault_expectation(injection: &Injection, case: &Case) -> FaultExpe
     match (injection.origin, later) {
         (Origin::PowerUp, Required) if !lasts(injection.kind) => Allowed,
         // No fault of that time is forbidden, but without any effect on servos it is.
-        // So is that an arm falls that is armed and never driven.
-        (Origin::PowerUp, Forbidden)
-            if matches!(injection.kind, Kind::Frozen | Kind::HostRange) =>
-        {
-            Allowed
-        }
+        (Origin::PowerUp, Forbidden) if injection.kind == Kind::Frozen => Allowed,
+        (_, Forbidden) if case.activity.is_armed() && may_prevent_drive(injection) => Allowed,
         _ => later,
     }
+}
+
+/// Whether the fault may keep an arm whose motors were checked from being driven, so that it
+/// falls to its angle limit.
+fn may_prevent_drive(injection: &Injection) -> bool {
+    let is_of_commands = matches!(
+        injection.kind,
+        Kind::HostRange | Kind::HostHeartbeats | Kind::HostReplay
+    );
+    is_of_commands && (injection.origin == Origin::PowerUp || injection.after_us < CHECKED_US)
 }
 
 /// Whether ticks come at 1 kHz, at 1 Mbaud.

@@ -77,10 +77,19 @@ impl Response {
     /// Measured motion in units of the model's; NaN if noise hides it or something else moves
     /// the joint.
     pub(super) fn ratio(&self) -> f32 {
-        match self.fit() {
-            Some(fit) if fit.variance < CERTAIN && fit.residual < UNDISTURBED => fit.response,
-            Some(_) | None => f32::NAN,
+        let is_certain = self.fit().is_some_and(|fit| fit.variance < CERTAIN);
+        if is_certain {
+            self.direction()
+        } else {
+            f32::NAN
         }
+    }
+
+    /// The same, with more noise than one that must be about 1; NaN if something else moves
+    /// the joint.
+    pub(super) fn direction(&self) -> f32 {
+        let undisturbed = self.fit().filter(|fit| fit.residual < UNDISTURBED);
+        undisturbed.map_or(f32::NAN, |fit| fit.response)
     }
 
     /// Whether the torque was enough to tell more than the direction.
