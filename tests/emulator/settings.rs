@@ -4,14 +4,14 @@ use std::io::Read;
 use std::time::{Duration, Instant};
 
 use armbridge_client::tcp_pump;
-use armbridge_shared::link::message::SettingsFrom;
+use armbridge_shared::link::message::{Refusal, SettingsFrom};
 use armbridge_sim::emulator::{Failure, Provocation, Qemu, QemuOptions, Time, qemu};
 use armbridge_sim::raw_bus_server::WallClockBench;
-use armbridge_tests::command_host::{CommandHost, SAVE, bench, configure};
+use armbridge_tests::command_host::{CommandHost, Request, SAVE, bench, configure};
 
-#[test]
-#[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
-fn firmware_keeps_settings_across_a_reset() {
+/// Saves settings on a board that fails then, and has a second host send these requests to the
+/// next boot. Returns both hosts.
+fn save_and_restart(failure: Failure, requests: &[Request]) -> [CommandHost; 2] {
     /// Times slower than the wall clock, for a machine with other things to do.
     const SLOW: u32 = 10;
     const FAILS_MS: u32 = 1_200;
@@ -21,7 +21,7 @@ fn firmware_keeps_settings_across_a_reset() {
         time: Time::Slow(SLOW),
         icount: false,
         provoke: Some(Provocation {
-            failure: Failure::Panic,
+            failure,
             at_ms: FAILS_MS,
         }),
     })
@@ -47,9 +47,27 @@ fn firmware_keeps_settings_across_a_reset() {
     link.set_read_timeout(Some(Duration::from_millis(100)))
         .unwrap();
     while matches!(link.read(&mut [0; 4096]), Ok(count) if count > 0) {}
-    let mut second = CommandHost::new([]);
+    let mut second = CommandHost::new(requests.iter().copied());
     tcp_pump::run(&mut qemu.link, &mut second, SLOW).unwrap();
     assert_ne!(second.received.session, first.received.session);
+    [first, second]
+}
+
+#[test]
+#[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
+fn firmware_does_not_arm_with_settings_that_are_damaged() {
+    let [_, host] = save_and_restart(Failure::Rot, &[Request::Arm, SAVE, Request::Arm]);
+    let [refused, saved, answer] = host.received.answers[..] else {
+        panic!("{:?}", host.received.answers)
+    };
+    assert_eq!((refused, saved), (Err(Refusal::SettingsLost), Ok(())));
+    assert_ne!(answer, Err(Refusal::SettingsLost));
+}
+
+#[test]
+#[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
+fn firmware_keeps_settings_across_a_reset() {
+    let [_, second] = save_and_restart(Failure::Panic, &[]);
     assert_eq!(second.received.settings, Some(SettingsFrom::Saved));
     let pairs = second.received.records.windows(2);
     let neighbours = pairs.filter(|pair| pair[1].tick - pair[0].tick == 1);

@@ -11,7 +11,9 @@
 //! | `fault`    | a jump to where no code may be: a hard fault            |
 //! | `overflow` | recursion without end                                   |
 //! | `hang`     | a loop without end                                      |
+//! | `rot`      | bits of the saved settings turn, and a panic            |
 
+use super::flash;
 use super::semihosting::Arguments;
 use armbridge_shared::link::message::End;
 use core::hint::black_box;
@@ -22,11 +24,12 @@ static KIND: AtomicU8 = AtomicU8::new(NONE);
 static AT_MS: AtomicU32 = AtomicU32::new(0);
 
 const NONE: u8 = u8::MAX;
-const KINDS: [(&str, fn()); 4] = [
+const KINDS: [(&str, fn()); 5] = [
     ("provoke=panic@", provoked_panic),
     ("provoke=fault@", fault),
     ("provoke=overflow@", overflow),
     ("provoke=hang@", hang),
+    ("provoke=rot@", rot),
 ];
 
 /// Reads the requested failure, after power-up only.
@@ -55,6 +58,11 @@ pub fn if_due(now_us: u64) {
 
 fn provoked_panic() {
     panic!("provoked");
+}
+
+fn rot() {
+    flash::damage();
+    provoked_panic();
 }
 
 fn fault() {

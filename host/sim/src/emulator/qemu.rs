@@ -46,6 +46,8 @@ pub enum Failure {
     Overflow,
     /// The tick never ends.
     Hang,
+    /// Bits of the saved settings turn, and a panic.
+    Rot,
 }
 
 impl fmt::Display for Provocation {
@@ -56,6 +58,7 @@ impl fmt::Display for Provocation {
             Failure::Fault => "fault",
             Failure::Overflow => "overflow",
             Failure::Hang => "hang",
+            Failure::Rot => "rot",
         };
         write!(f, "provoke={failure}@{}", self.at_ms)
     }
