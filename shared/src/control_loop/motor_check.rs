@@ -67,7 +67,7 @@ const MOVED: f32 = 0.35;
 /// Motion in rad that ends the check.
 const ABORT_RAD: f32 = 0.06;
 
-/// Least ratio of responses, by the model, at which swapped servos are told.
+/// Least ratio of responses, by the model, at which swapped servos are detected.
 const SWAP_RATIO_MIN: f32 = 1.5;
 
 /// State of the check.

@@ -90,7 +90,7 @@ fn an_encoder_that_repeats_a_count_for_a_set_time_has_stopped() {
         let (taken, violation) = until(&mut fixture, &seen(&still)).unwrap();
         assert_eq!((violation.fault, taken), (Fault::EncoderFrozen, ticks));
     }
-    // One that has never shown noise is not told by it.
+    // One that has never shown noise is not detected by it.
     let mut fixture = Fixture::new(Limits::default(), 1_000);
     assert_eq!(until(&mut fixture, &seen(&still)), None);
 }
