@@ -53,9 +53,18 @@ impl DriveCommand {
         }
     }
 
-    /// The same command with another source.
+    /// The same command with another source. One that is corrupted keeps its check word, which
+    /// shows that at the next tick.
     pub(super) fn with_drive(&self, drive: Drive) -> Self {
-        Self::new(drive, self.words.torque_nm, self.words.commanded_us)
+        let renewed = Self::new(drive, self.words.torque_nm, self.words.commanded_us);
+        if self.is_intact() {
+            renewed
+        } else {
+            Self {
+                check: self.check,
+                ..renewed
+            }
+        }
     }
 
     /// The source; [`Drive::Hold`] if the word is invalid.
@@ -116,6 +125,10 @@ mod tests {
                 let mut changed = command;
                 changed.inject_error(draw);
                 assert!(!changed.is_intact(), "{drive:?}, {draw}");
+                for (other, _) in DRIVES.iter().filter(|(other, _)| *other != drive) {
+                    let renewed = changed.with_drive(*other);
+                    assert!(!renewed.is_intact(), "{drive:?} to {other:?}, {draw}");
+                }
             }
         }
     }

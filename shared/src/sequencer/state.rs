@@ -75,7 +75,7 @@ pub enum BusEvent {
     Unprepared(usize),
     /// A health poll has been answered.
     Health(Health),
-    /// The client's request has ended: see [`BusSequencer::reply`].
+    /// The client's request has ended: see [`BusSequencer::reply`](super::BusSequencer::reply).
     Client,
     /// An idle slot has been used.
     Served,
