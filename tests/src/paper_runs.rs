@@ -6,6 +6,8 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
+use crate::paths::run_folder;
+
 /// The arm that gives the paper's two values.
 pub const DRY: &str = "
 [bench.plant.arm]
@@ -66,6 +68,6 @@ impl Place {
         )
         .unwrap();
         let printed = self.printed(&["run", &file, "--seed", seed]);
-        printed.lines().last().unwrap().to_owned()
+        run_folder(&printed).to_owned()
     }
 }

@@ -49,3 +49,15 @@ pub fn script(name: &str) -> Command {
     command.arg(folder.join(name));
     command
 }
+
+/// The run folder that `armbridge run` has printed: that of the log.
+///
+/// # Panics
+/// If none is there.
+pub fn run_folder(printed: &str) -> &str {
+    let line = printed
+        .lines()
+        .find_map(|line| line.strip_prefix(" log      "));
+    let log = line.and_then(|line| line.split_once("/run.mcap"));
+    log.unwrap_or_else(|| panic!("no log in {printed}")).0
+}

@@ -1,13 +1,24 @@
 //! A run from its plan to its folder, on any link: a plan runner performs the plan, the
 //! recorder writes the log, and at the end come plots and a summary.
 //!
+//! | module     | contents                                                     |
+//! |------------|--------------------------------------------------------------|
+//! | `baseline` | the same run with another control, for comparison            |
+//! | `finish`   | end of a run: log, plots, summary, verdict                   |
+//! | `run_stats`| what is counted and kept while it runs                       |
+//!
 //! Memory does not grow with the length of the run.
 
+mod baseline;
+mod finish;
 mod run_stats;
 
-use std::path::{Path, PathBuf};
+pub use baseline::{BASELINE_LOG, Baseline};
+pub use finish::{Finished, Verdict};
+
+use std::path::Path;
 use std::sync::mpsc::Receiver;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use armbridge_client::Host;
 use armbridge_client::ctrl_c;
@@ -16,17 +27,13 @@ use armbridge_client::{LinkError, Tap};
 use armbridge_log::LogError;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
-use armbridge_log::summary::{LogSummary, ServoSummary, Summary};
-use armbridge_shared::link::message::PortCounters;
 use armbridge_sim::cosim::Interaction;
 
-use crate::plan_runner::{Ending, Plan, PlanError, PlanRunner};
-use crate::plot;
-use crate::plot::PlotError;
+use crate::plan_runner::{Plan, PlanError, PlanRunner};
 use crate::progress::Progress;
 use crate::run_folder::{RunFolder, RunFolderError};
 use crate::scenario::{ExpectationMonitor, Success};
-use run_stats::{DecimatedRecords, RunStats};
+use run_stats::RunStats;
 
 /// Time in µs between updates of the progress bar.
 const PROGRESS_PERIOD_US: u64 = 50_000;
@@ -42,7 +49,7 @@ pub struct RunSpec {
     pub success: Vec<Success>,
     /// Monitor of the expectations.
     pub judge: Option<ExpectationMonitor>,
-    /// Files beside the log.
+    /// Files to write.
     pub files: Files,
     /// The run waits for the disk, which only virtual time permits.
     pub is_patient: bool,
@@ -50,47 +57,18 @@ pub struct RunSpec {
     pub is_quiet: bool,
 }
 
-/// Files beside the log.
+/// Name of a run's log in its folder.
+pub const RUN_LOG: &str = "run.mcap";
+
+/// Files of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Files {
+    /// Name of the log.
+    pub log: &'static str,
     /// `run.csv`, written where the link is served: for virtual time.
     pub csv: bool,
     /// The plots.
     pub plots: bool,
-}
-
-/// Verdict on a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// Success.
-    Done,
-    /// Failure; the summary has the reason.
-    Failed,
-    /// Ctrl-C ended it.
-    Interrupted,
-}
-
-impl Verdict {
-    /// The program's exit code.
-    pub fn exit_code(self) -> u8 {
-        match self {
-            Self::Done => 0,
-            Self::Failed => 1,
-            // The shell's convention: 128 plus the signal's number.
-            Self::Interrupted => 130,
-        }
-    }
-}
-
-/// A finished run.
-#[derive(Debug)]
-pub struct Finished {
-    /// Summary.
-    pub summary: Summary,
-    /// Folder of its files.
-    pub folder: PathBuf,
-    /// Verdict.
-    pub verdict: Verdict,
 }
 
 /// Failure of a run.
@@ -102,9 +80,6 @@ pub enum RunError {
     /// The log could not be written.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// The plots could not be drawn.
-    #[error(transparent)]
-    Plot(#[from] PlotError),
     /// The link or the plan failed before the arm was armed.
     #[error(transparent)]
     Link(LinkError<PlanError>),
@@ -123,6 +98,7 @@ pub struct RunHost {
     success: Vec<Success>,
     duration_s: f64,
     has_plots: bool,
+    baseline: Option<Baseline>,
     look_us: u64,
     begun: Instant,
 }
@@ -161,16 +137,22 @@ impl RunHost {
         };
         Ok(Self {
             runner: PlanRunner::with_sink(plan, stats).interrupted_by(ctrl_c::is_raised),
-            recorder: begin_log(&folder.file("run.mcap"), &facts)?,
+            recorder: begin_log(&folder.file(files.log), &facts)?,
             progress: Progress::new(duration_s, is_quiet),
             folder,
             facts,
             success,
             duration_s,
             has_plots: files.plots,
+            baseline: None,
             look_us: 0,
             begun: Instant::now(),
         })
+    }
+
+    /// Adds a baseline to compare with.
+    pub fn compare_with(&mut self, baseline: Baseline) {
+        self.baseline = Some(baseline);
     }
 
     /// Tap that logs the link.
@@ -197,116 +179,6 @@ impl RunHost {
                 enum_names::mode(self.runner.mode())
             ),
         }
-    }
-
-    /// Closes the log, draws the plots and computes the summary of a run that ended with
-    /// `result`.
-    ///
-    /// # Errors
-    /// If the run did not begin, or its plots cannot be written.
-    pub fn finish(self, result: Result<(), LinkError<PlanError>>) -> Result<Finished, RunError> {
-        let wall: Duration = self.begun.elapsed();
-        let Self {
-            runner,
-            recorder,
-            progress,
-            folder,
-            mut facts,
-            success,
-            duration_s,
-            has_plots,
-            ..
-        } = self;
-        progress.finish();
-        let failure = match result {
-            _ if runner.begun_us().is_none() => {
-                drop(recorder);
-                // Best effort: the folder holds no data.
-                let _ = std::fs::remove_dir_all(folder.path());
-                return Err(result.err().map_or(RunError::Interrupted, RunError::Link));
-            }
-            Ok(()) => None,
-            Err(error) => Some(error.to_string()),
-        };
-        let log = close(recorder);
-        if let Some(settings) = runner.begun_with() {
-            facts = facts.with_settings(settings);
-        }
-
-        let ending = runner.ending();
-        let is_success =
-            failure.is_none() && ending.is_some_and(|end| success.iter().any(|s| s.matches(end)));
-        let ended = failure.or_else(|| match ending {
-            // Faults are described in more detail elsewhere.
-            Some(Ending::Time | Ending::Fault(_)) | None => None,
-            Some(end @ (Ending::Angle { .. } | Ending::Error { .. } | Ending::Interrupted)) => {
-                Some(end.in_words())
-            }
-        });
-        let (servos, port) = (runner.status().servos, runner.status().port);
-        let (link, trips) = (runner.stats(), runner.trips().to_vec());
-        let mut stats = runner.into_sink();
-        let csv_trouble = stats.close().map(|error| error.to_string());
-
-        let tally = &stats.tally;
-        let run_s = match ending {
-            Some(Ending::Time) => duration_s,
-            _ => tally.covered_s(),
-        };
-        let mut summary = tally.summary(&facts, link, run_s, wall.as_secs_f64());
-        summary.servos = servos.map(|servos| ServoSummary {
-            firmware: servos.firmware.to_string(),
-            baud: servos.baud,
-        });
-        summary.port = (port != PortCounters::default()).then_some(port);
-        let is_complete = log.is_complete() && csv_trouble.is_none();
-        summary.log = Some(log);
-        summary.ended = ended;
-        if let Some(judge) = stats.judge.take()
-            && is_success
-        {
-            summary.missed_expectations = judge.misses(tally, &summary);
-        }
-        let mut summary = summary.with_causes(&trips);
-        summary.remarks.append(&mut stats.conclusions);
-        summary.remarks.extend(csv_trouble);
-        if has_plots {
-            let DecimatedRecords { records, every, .. } = &stats.plotted;
-            if *every > 1 {
-                let remark = format!("the plots show one tick in {every}");
-                summary.remarks.push(remark);
-            }
-            plot::draw_all(folder.path(), &facts, records)?;
-        }
-
-        let verdict = if ending == Some(Ending::Interrupted) {
-            Verdict::Interrupted
-        } else if is_success && is_complete && summary.missed_expectations.is_empty() {
-            Verdict::Done
-        } else {
-            Verdict::Failed
-        };
-        Ok(Finished {
-            summary,
-            folder: folder.path().into(),
-            verdict,
-        })
-    }
-}
-
-/// Closes the log; returns its summary, with its error if there is one.
-fn close(recorder: Recorder) -> LogSummary {
-    let so_far = recorder.report();
-    let (report, error) = match recorder.finish() {
-        Ok(report) => (report, None),
-        Err(error) => (so_far, Some(error.to_string())),
-    };
-    LogSummary {
-        written: report.records,
-        lost: report.lost,
-        unwritten: report.unwritten,
-        size: report.size,
-        trouble: error.or(report.trouble),
     }
 }
 

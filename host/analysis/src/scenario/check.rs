@@ -13,11 +13,11 @@ use armbridge_sim::plant::{KeyConflict, PlantConfig, PlantFile, Push};
 use armbridge_sim::servo_kind::ServoKind;
 use nalgebra::Vector2;
 
-use super::file::{BenchKeys, Expect, File, Pair, ServoName, StepKeys, StopKeys};
+use super::file::{BenchKeys, Expect, File, Pair, PushKeys, ServoName, StepKeys, StopKeys};
 use super::mistake::{KeyPath, Mistake};
 use super::steps::{self, microseconds, pairs, times};
 use super::{BenchSpec, Overrides, Scenario, Success};
-use crate::plan_runner::plan::{Change, InitialSettings, Plan, Stop};
+use crate::plan_runner::plan::{Base, Change, InitialSettings, Plan, Stop};
 
 /// Default initial angles of the arm in rad.
 pub(super) const INITIAL_RAD: [f64; JOINTS] = [0.30, -0.25];
@@ -52,7 +52,7 @@ pub(super) fn scenario(
     let plan = Plan {
         begin: InitialSettings::Changed(change),
         steps: steps::steps(&file.step[..kept], stop.after_us, &settings, initial_rad)?,
-        pushes: pushes(&file.bench, stop.after_us)?,
+        pushes: pushes(&file.bench, stop.after_us, overrides)?,
         stop,
         is_clearing: false,
         is_releasing: false,
@@ -64,6 +64,7 @@ pub(super) fn scenario(
         about: file.about.clone(),
         plan,
         settings,
+        baseline: file.baseline.map(Base::from),
         bench,
         success,
         expect: file.expect,
@@ -173,9 +174,14 @@ fn bench(
     })
 }
 
-fn pushes(keys: &BenchKeys, end_us: u64) -> Result<Vec<Push>, Mistake> {
+fn pushes(keys: &BenchKeys, end_us: u64, overrides: &Overrides) -> Result<Vec<Push>, Mistake> {
+    // A shortened run omits its last pushes.
+    let is_kept = |push: &PushKeys| overrides.duration_s.is_none_or(|end_s| push.at_s < end_s);
     let mut pushes = Vec::new();
     for (number, key) in keys.push.iter().enumerate() {
+        if !is_kept(key) {
+            continue;
+        }
         let place = KeyPath::top("bench").at("push").nth(number);
         let joint = key.joint.wrapping_sub(1);
         if joint >= JOINTS {

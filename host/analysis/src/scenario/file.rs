@@ -17,6 +17,8 @@ pub(super) struct File {
     pub(super) about: String,
     #[serde(default)]
     pub(super) control: Control,
+    /// Control of a second run on the same simulated arm, for comparison.
+    pub(super) baseline: Option<Control>,
     /// Parameters by name, set before the arm is armed.
     #[serde(default)]
     pub(super) set: Table,

@@ -26,7 +26,7 @@
 //!
 //! | table       | keys                                                           |
 //! |-------------|----------------------------------------------------------------|
-//! | top         | `title`, `about`, `control`                                    |
+//! | top         | `title`, `about`, `control`, `baseline`: a control to compare with |
 //! | `[set]`     | any of the board's parameters, see [`params`]   |
 //! | `[[step]]`  | `at_s`, `every_s`, and one of `regulate_rad`, `torque_nm`, `minimum_jerk`, `waypoints`, `sinusoid`, `chirp`, `stream`, `experiment`, `set`, `idle`, `arm` |
 //! | `[bench]`   | `seed`, `initial_rad`, `friction`, `plant_file` or `[bench.plant]`, `servos`, `baud`, `[[bench.push]]` |
@@ -100,6 +100,8 @@ pub struct Scenario {
     pub plan: Plan,
     /// Settings during the run, on a board that begins with the given ones or the defaults.
     pub settings: Settings,
+    /// Control of a second run on the same simulated arm, for comparison.
+    pub baseline: Option<Base>,
     /// The virtual arm.
     pub bench: BenchSpec,
     /// Ends that count as success.

@@ -13,6 +13,9 @@ pub(crate) struct OutputArgs {
     /// No progress bar, no table.
     #[arg(long)]
     pub(crate) quiet: bool,
+    /// Add the counters: distributions per tick, records, speed.
+    #[arg(long, conflicts_with_all = ["quiet", "json"])]
+    pub(crate) verbose: bool,
     /// Print the summary as one JSON object instead of the table.
     #[arg(long)]
     pub(crate) json: bool,

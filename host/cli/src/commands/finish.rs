@@ -1,42 +1,262 @@
-//! The end of a run: its summary, and its exit code.
+//! The end of a run: its summary on one screen of 80x24, and its exit code.
+//!
+//! ```text
+//! name, world, time
+//! headline: the result in one sentence
+//! setpoints, pushes, motion
+//! baseline: the same with another control
+//! loop, bus, torque
+//! picture, log
+//! remarks, or the next commands
+//! ```
 
-use std::io::Write;
+use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 
 use armbridge_analysis::plan_runner::PlanError;
-use armbridge_analysis::run::{Finished, RunHost};
+use armbridge_analysis::plan_runner::plan::Base;
+use armbridge_analysis::run::{BASELINE_LOG, Baseline, Finished, RUN_LOG, RunHost, Verdict};
 use armbridge_client::LinkError;
+use armbridge_log::summary::{SETTLED_RAD, SegmentSummary, Summary, WIDTH};
+use armbridge_log::text_table;
+use serde::Serialize;
 
-use super::Outcome;
+use super::{Error, Outcome};
 use crate::args::OutputArgs;
+
+/// Commands to go on with after the demo.
+const NEXT: &str = "\
+Next:
+ armbridge watch        steer and push it in this terminal; space stops
+ armbridge run push     four pushes, each recovered from
+ armbridge run --list   all scenarios, the paper's experiments among them
+";
+
+/// How a run is described.
+pub(super) struct Description<'a> {
+    /// The scenario in one or two sentences.
+    pub(super) about: &'a str,
+    /// Nothing real moves.
+    pub(super) is_simulated: bool,
+    /// It is the first run of a newcomer.
+    pub(super) is_demo: bool,
+}
+
+/// Output of `--json`.
+#[derive(Serialize)]
+struct Printed<'a> {
+    #[serde(flatten)]
+    summary: &'a Summary,
+    verdict: &'static str,
+    folder: &'a Path,
+    baseline: Option<&'a Summary>,
+}
 
 /// Ends a run: its files, its summary, its exit code.
 pub(super) fn finish(
     player: RunHost,
     result: Result<(), LinkError<PlanError>>,
     output: &OutputArgs,
+    description: &Description,
 ) -> Outcome {
+    let finished = player.finish(result)?;
+    let folder = &finished.folder;
+    if output.json {
+        print(&(json(&finished)? + "\n"), folder)?;
+    } else if !output.quiet {
+        print(&screen(&finished, description, output.verbose), folder)?;
+    }
+    if let Some(ended) = &finished.summary.ended {
+        eprintln!("armbridge: the run ended early: {ended}");
+    }
+    Ok(ExitCode::from(finished.verdict.exit_code()))
+}
+
+fn json(finished: &Finished) -> Result<String, Error> {
+    Ok(serde_json::to_string(&Printed {
+        summary: &finished.summary,
+        verdict: match finished.verdict {
+            Verdict::Done => "done",
+            Verdict::Failed => "failed",
+            Verdict::Interrupted => "interrupted",
+        },
+        folder: &finished.folder,
+        baseline: finished.baseline.as_ref().map(|baseline| &baseline.summary),
+    })?)
+}
+
+fn screen(finished: &Finished, description: &Description, is_verbose: bool) -> String {
     let Finished {
         summary,
         folder,
         verdict,
-    } = player.finish(result)?;
-    let path = folder.display();
-    if output.json {
-        print(&serde_json::to_string(&summary)?, &folder)?;
-    } else if !output.quiet {
-        print(&format!("{}\n{path}", summary.table()), &folder)?;
+        baseline,
+    } = finished;
+    let run = &summary.run;
+    let seed = run
+        .seed
+        .map_or_else(String::new, |seed| format!(" · seed {seed}"));
+    let mut blocks = vec![
+        format!(
+            "armbridge {} · {}{}{seed} · {} s in {:.1} s\n",
+            run.name,
+            run.world,
+            if description.is_simulated {
+                ", nothing real moves"
+            } else {
+                ""
+            },
+            (summary.simulated_s * 10.0).round() / 10.0,
+            summary.wall_s
+        ),
+        format!(
+            "{}\n{}\n",
+            headline(summary, *verdict),
+            description.about.trim()
+        ),
+        summary.results(),
+    ];
+    if let Some(baseline) = baseline {
+        blocks.push(baseline_text(baseline, &run.name));
     }
-    if let Some(ended) = &summary.ended {
-        eprintln!("armbridge: the run ended early: {ended}");
+    blocks.push(summary.totals());
+    if is_verbose {
+        blocks.push(summary.details());
     }
-    Ok(ExitCode::from(verdict.exit_code()))
+    blocks.push(files(folder, summary));
+    blocks.push(remarks(summary, is_verbose));
+    if description.is_demo && *verdict == Verdict::Done && !is_verbose {
+        blocks.push(NEXT.into());
+    }
+    blocks.retain(|block| !block.is_empty());
+    blocks.join("\n")
+}
+
+/// The result in one sentence.
+fn headline(summary: &Summary, verdict: Verdict) -> String {
+    let failed = |why: &str| format!("The run FAILED: {why}.");
+    match verdict {
+        Verdict::Interrupted => "The run was interrupted by ctrl-c; the motors are off.".into(),
+        Verdict::Failed => match (&summary.faults[..], &summary.ended) {
+            ([.., fault], _) => format!(
+                "The run FAILED at {:.3} s: fault {}; the motors are off.",
+                fault.time_s, fault.fault
+            ),
+            ([], Some(ended)) => failed(ended),
+            ([], None) => failed(match &summary.missed_expectations[..] {
+                [] => "the log or a file beside it is not complete",
+                [_] => "an expectation of the scenario is missed",
+                [_, ..] => "expectations of the scenario are missed",
+            }),
+        },
+        Verdict::Done => match settled(&summary.segments) {
+            (0, 0) => "The run is complete.".into(),
+            (settled, all) if settled == all => "The arm balances.".into(),
+            (settled, all) => format!(
+                "The arm stands; both joints come within {:.0} mrad at {settled} of {all} setpoints.",
+                SETTLED_RAD * 1e3
+            ),
+        },
+    }
+}
+
+/// Setpoints at which both joints settle, and all.
+fn settled(segments: &[SegmentSummary]) -> (usize, usize) {
+    let is_settled = |segment: &&SegmentSummary| {
+        let joints = segment.joints.iter();
+        joints
+            .into_iter()
+            .all(|joint| joint.settling_time_s.is_some())
+    };
+    (segments.iter().filter(is_settled).count(), segments.len())
+}
+
+/// What the baseline does on the same arm.
+fn baseline_text(baseline: &Baseline, name: &str) -> String {
+    let (words, option) = match baseline.control {
+        Base::Board => ("The board's own control", "board"),
+        Base::Paper => ("The paper's weights and observer", "paper"),
+        Base::Compensated => ("Kalman filter and friction compensation", "compensated"),
+    };
+    let summary = &baseline.summary;
+    let joints = summary.segments.iter().flat_map(|segment| &segment.joints);
+    let off_mrad = joints
+        .map(|joint| joint.steady_state_error_mrad.abs())
+        .fold(0.0, f64::max);
+    let (settled, all) = settled(&summary.segments);
+    let result = match (&summary.faults[..], all) {
+        ([fault, ..], _) => format!("end in fault {}", fault.fault),
+        ([], 0) => "were run, too".into(),
+        ([], _) if settled == all => format!("rest up to {off_mrad:.1} mrad off"),
+        ([], _) => {
+            let is_friction = summary
+                .run
+                .stiction_offset_mrad
+                .is_some_and(|offset_mrad| off_mrad <= offset_mrad.into_iter().fold(0.0, f64::max));
+            let cause = if is_friction {
+                ": static friction holds it"
+            } else {
+                ""
+            };
+            format!("stop up to {off_mrad:.0} mrad short{cause}")
+        }
+    };
+    let text = format!("{words}, on the same arm and seed, {result}.");
+    let mut lines = text_table::wrap(text.split(' '), " ", WIDTH, "").join("\n");
+    let command = format!("armbridge run {name} --control {option}");
+    let last = lines.lines().last().map_or(0, |line| line.chars().count());
+    let is_beside = last + 2 + command.len() <= WIDTH;
+    let _ = writeln!(lines, "{}{command}", if is_beside { "  " } else { "\n " });
+    lines
+}
+
+/// Where the files are.
+fn files(folder: &Path, summary: &Summary) -> String {
+    let mut text = String::new();
+    let size_mb = summary
+        .log
+        .as_ref()
+        .map_or(0.0, |log| log.size as f64 * 1e-6);
+    for (what, name, note) in [
+        ("picture", "angles.png", String::new()),
+        ("page", "run.html", "   open it in a browser".into()),
+        ("log", RUN_LOG, format!("   every tick, {size_mb:.1} MB")),
+        ("baseline", BASELINE_LOG, String::new()),
+    ] {
+        let path = folder.join(name);
+        if path.is_file() {
+            let _ = writeln!(text, " {what:<8} {}{note}", path.display());
+        }
+    }
+    text
+}
+
+/// Everything that a user should know of this run; explanations of small offsets only with
+/// `--verbose`.
+fn remarks(summary: &Summary, is_verbose: bool) -> String {
+    let is_clean = summary.faults.is_empty() && summary.ended.is_none();
+    let (settled, all) = settled(&summary.segments);
+    if !is_verbose && is_clean && settled == all && summary.missed_expectations.is_empty() {
+        let worth = |remark: &String| !remark.starts_with("joint ");
+        let summary = Summary {
+            remarks: summary
+                .remarks
+                .iter()
+                .filter(|it| worth(it))
+                .cloned()
+                .collect(),
+            ..summary.clone()
+        };
+        return summary.remarks_text();
+    }
+    summary.remarks_text()
 }
 
 /// Prints the summary; an error names the run's folder.
 fn print(text: &str, folder: &Path) -> Result<(), String> {
-    writeln!(std::io::stdout(), "{text}").map_err(|error| {
+    write!(std::io::stdout(), "{text}").map_err(|error| {
         let path = folder.display();
         format!("cannot print the summary: {error}; the run is in {path}")
     })

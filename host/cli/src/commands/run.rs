@@ -5,7 +5,8 @@ use std::process::ExitCode;
 
 use armbridge::config::Config;
 use armbridge_analysis::plan_runner::plan::Base;
-use armbridge_analysis::run::{Files, RunHost, RunSpec};
+use armbridge_analysis::run::{BASELINE_LOG, Baseline, Files, RUN_LOG, RunHost, RunSpec};
+use armbridge_analysis::run_folder::RunFolder;
 use armbridge_analysis::scenario::{BUILTINS, Builtin, ExpectationMonitor, Overrides, Scenario};
 use armbridge_client::params;
 use armbridge_client::transport::LinkUri;
@@ -18,7 +19,7 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 use toml::Value;
 
-use super::finish::finish;
+use super::finish::{Description, finish};
 use super::{Error, Outcome, transparent_port};
 use crate::args::values::{angles, duration};
 use crate::args::{ExposeArgs, LinkArgs, OutputArgs, PaceName, VirtualServoArgs};
@@ -185,11 +186,48 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
         args.simulated.expose.into(),
     )?;
     let base = config.out(args.output.out.as_deref());
-    let mut player = RunHost::new(staging.task(scenario)?, Some(&base))?;
+    let folder = RunFolder::create(Some(&base), &scenario.name)?;
+    let baseline = match baseline(args, &scenario, &link)? {
+        Some((control, baseline)) => Some(staging.baseline(control, baseline, &folder)?),
+        None => None,
+    };
+    let about = match scenario.about.trim() {
+        "" => scenario.title.clone(),
+        about => about.to_owned(),
+    };
+    let mut player = RunHost::in_folder(staging.task(scenario)?, folder)?;
+    if let Some(baseline) = baseline {
+        player.compare_with(baseline);
+    }
     options.link.taps.push(player.tap());
     options.interactions = Some(player.interactions());
     let (player, result) = drive(&link, options, player);
-    finish(player, result, &args.output)
+    let description = Description {
+        about: &about,
+        is_simulated: link.is_simulated(),
+        is_demo: args.scenario == "demo",
+    };
+    finish(player, result, &args.output, &description)
+}
+
+/// The scenario with the control of its baseline; none where the arm is real, or where the
+/// run has this control.
+fn baseline(
+    args: &RunArgs,
+    scenario: &Scenario,
+    link: &BoardUri,
+) -> Result<Option<(Base, Scenario)>, Error> {
+    let Some(control) = scenario.baseline.filter(|_| link.is_simulated()) else {
+        return Ok(None);
+    };
+    let overrides = Overrides {
+        control: Some(control),
+        set: Vec::new(),
+        ..args.overrides()?
+    };
+    let baseline = Scenario::load(&args.scenario, &overrides)?;
+    let is_other = baseline.settings != scenario.settings;
+    Ok(is_other.then_some((control, baseline)))
 }
 
 /// Link and options that a scenario runs with.
@@ -225,6 +263,32 @@ impl Staging<'_> {
         options
     }
 
+    /// Runs a baseline, which leaves its log in the folder and nothing else.
+    fn baseline(
+        &self,
+        control: Base,
+        scenario: Scenario,
+        folder: &RunFolder,
+    ) -> Result<Baseline, Error> {
+        let staging = Staging {
+            link: &BoardUri::Sim,
+            pace: Pace::Free,
+            is_silent: true,
+            ..*self
+        };
+        let bench = scenario.bench.clone();
+        let spec = RunSpec {
+            judge: None,
+            files: Files {
+                log: BASELINE_LOG,
+                csv: false,
+                plots: false,
+            },
+            ..staging.task(scenario)?
+        };
+        Ok(Baseline::run(control, spec, &bench, folder.clone())?)
+    }
+
     /// The run's specification.
     pub(super) fn task(&self, scenario: Scenario) -> Result<RunSpec, Error> {
         let Scenario {
@@ -250,6 +314,7 @@ impl Staging<'_> {
             facts,
             success,
             files: Files {
+                log: RUN_LOG,
                 csv: self.config.writes_csv() && is_simulated,
                 plots: self.config.draws_plots(),
             },

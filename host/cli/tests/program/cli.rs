@@ -179,8 +179,13 @@ fn the_demo_writes_every_file_and_prints_a_table() {
     let output = program.run(&["run", "--duration", "1"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let printed = text(&output.stdout);
-    let folder = program.0.join(printed.lines().last().unwrap());
-    assert!(folder.starts_with(program.0.join("runs")) && printed.contains("settled"));
+    let folder = program.0.join(armbridge_tests::paths::run_folder(printed));
+    assert!(folder.starts_with(program.0.join("runs")));
+    let widest = printed.lines().map(|line| line.chars().count()).max();
+    assert!(
+        printed.lines().count() <= 24 && widest <= Some(80),
+        "{printed}"
+    );
 
     let mut names: Vec<String> = fs::read_dir(&folder)
         .unwrap()
@@ -192,6 +197,7 @@ fn the_demo_writes_every_file_and_prints_a_table() {
     let expected = [
         "angles.png",
         "angles.svg",
+        "baseline.mcap",
         "run.mcap",
         "timing.png",
         "timing.svg",

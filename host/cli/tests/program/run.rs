@@ -30,15 +30,17 @@ fn text(bytes: &[u8]) -> &str {
 #[test]
 fn a_scenario_leaves_a_log_plots_and_a_summary() {
     let program = Program::new("upright");
-    let output = program.run(&["upright", "--duration", "8.5"]);
+    let output = program.run(&["upright", "--duration", "8.5", "--verbose"]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let printed = text(&output.stdout);
-    assert!(printed.starts_with("armbridge upright · simulated: bench · seed 1"));
+    assert!(
+        printed.starts_with("armbridge upright · simulated: bench, nothing real moves · seed 1")
+    );
     assert!(
         printed.contains("records written, 0 lost, 0 bytes unwritten"),
         "{printed}"
     );
-    let folder = program.0.join(printed.lines().last().unwrap());
+    let folder = program.0.join(armbridge_tests::paths::run_folder(printed));
     for name in ["run.mcap", "angles.svg", "torque.png"] {
         assert!(folder.join(name).is_file(), "{name} in {folder:?}");
     }

@@ -14,6 +14,7 @@ mod tally;
 
 pub use segments::{JointSummary, SETTLED_RAD, STEADY_S, Segment, SegmentSummary, segments};
 pub use spread::Spread;
+pub use table::WIDTH;
 pub use tally::Tally;
 
 use std::collections::BTreeMap;

@@ -1,119 +1,153 @@
-//! The summary as text for a terminal, at most 100 columns, without colours.
+//! The summary as text for a terminal of 80 columns, without colours.
+//!
+//! | text      | contents                                                       |
+//! |-----------|----------------------------------------------------------------|
+//! | `results` | setpoints, pushes and motion: how the arm performed            |
+//! | `totals`  | one line each for loop, bus and torque                         |
+//! | `details` | distributions per tick, and every counter                      |
+//! | `remarks` | explanations and everything that went wrong                    |
 
 use std::fmt::{Result, Write};
 
-use super::{JointSummary, ServoSummary, Spread, Summary};
+use super::{JointSummary, SETTLED_RAD, SegmentSummary, ServoSummary, Spread, Summary};
 use crate::text_table;
 
 /// Setpoints that fit on a screen.
 const SEGMENTS_SHOWN: usize = 8;
 
-/// Width of the rules, and the column at which remarks are broken.
-const WIDTH: usize = 84;
+/// Width of a terminal, and the column at which remarks are broken.
+pub const WIDTH: usize = 80;
 
 impl Summary {
-    /// The summary as text, ending in a line feed.
+    /// Everything: results, totals, details and remarks.
     pub fn table(&self) -> String {
-        let mut text = String::new();
-        // Writing to a string cannot fail.
-        let _ = self.write_table(&mut text);
-        text
+        [
+            self.results(),
+            self.totals(),
+            self.details(),
+            self.remarks_text(),
+        ]
+        .join("\n")
     }
 
-    fn write_table(&self, out: &mut String) -> Result {
-        let rule = "─".repeat(WIDTH);
-        writeln!(
-            out,
-            "armbridge {} · {}\n{rule}",
-            self.run.name,
-            self.run.describe()
-        )?;
-        self.write_setpoints(out)?;
-        writeln!(out, "{rule}")?;
-        self.write_ticks(out)?;
-        writeln!(out, "{rule}")?;
-        self.write_totals(out)?;
-        if !self.remarks.is_empty() {
-            writeln!(out, "{rule}")?;
-        }
-        for remark in &self.remarks {
-            let lines = text_table::wrap(remark.split(' '), " ", WIDTH, "    ");
-            writeln!(out, "{}", lines.join("\n"))?;
-        }
-        Ok(())
+    /// Performance at setpoints, after pushes and in motion.
+    pub fn results(&self) -> String {
+        text(|out| {
+            self.write_setpoints(out)?;
+            self.write_pushes(out)?;
+            if let Some([first, second]) = self.tracking_rms_mrad {
+                writeln!(
+                    out,
+                    " in motion, the error is {first:.1} and {second:.1} mrad rms"
+                )?;
+            }
+            Ok(())
+        })
     }
 
     fn write_setpoints(&self, out: &mut String) -> Result {
+        if self.segments.is_empty() {
+            return Ok(());
+        }
         writeln!(
             out,
-            "{:<10}{:>6}{:>16}{:>14}{:>18}{:>20}",
-            "from", "joint", "setpoint", "settled", "error at rest", "in encoder counts"
+            " {:<9}{:<18}{:<24}at rest off by",
+            "from",
+            "setpoint (rad)",
+            format!("within {:.0} mrad after", SETTLED_RAD * 1e3)
         )?;
         let shown = self.segments.len().min(SEGMENTS_SHOWN);
         for segment in &self.segments[..shown] {
-            for (j, joint) in segment.joints.iter().enumerate() {
-                let from = if j == 0 {
-                    format!("{:.2} s", segment.start_s)
-                } else {
-                    String::new()
-                };
-                let JointSummary {
-                    reference_rad,
-                    settling_time_s,
-                    ..
-                } = joint;
-                let settled = settling_time_s.map_or("never".into(), |s| format!("in {s:.3} s"));
-                writeln!(
-                    out,
-                    "{from:<10}{:>6}{reference_rad:>+12.3} rad{settled:>14}{:>+13.1} mrad{:>+20.1}",
-                    j + 1,
-                    joint.steady_state_error_mrad,
-                    joint.steady_state_error_counts,
-                )?;
-            }
+            let SegmentSummary {
+                start_s,
+                joints: [first, second],
+                ..
+            } = segment;
+            writeln!(
+                out,
+                " {:<9}{:+.2}  {:+.2}      {:<8}{:<16}{:>5.1} {:>5.1} mrad",
+                format!("{start_s:.1} s"),
+                first.reference_rad,
+                second.reference_rad,
+                settled(first),
+                settled(second),
+                first.steady_state_error_mrad.abs(),
+                second.steady_state_error_mrad.abs(),
+            )?;
         }
         let left_out = (self.segments.len() - shown) as u64 + self.segments_left_out;
         if left_out > 0 {
-            writeln!(out, "... and {left_out} setpoints more")?;
-        }
-        if let Some([first, second]) = self.tracking_rms_mrad {
-            writeln!(out, "in motion, error rms {first:.1} and {second:.1} mrad")?;
+            writeln!(out, " ... and {left_out} setpoints more")?;
         }
         Ok(())
+    }
+
+    fn write_pushes(&self, _out: &mut String) -> Result {
+        Ok(())
+    }
+
+    /// Loop, bus and torque, a line each.
+    pub fn totals(&self) -> String {
+        let [torque1, torque2] = self.peak_torque_nm;
+        let limits = self.run.torque_limits_nm;
+        let limit_nm = limits
+            .iter()
+            .map(|[low, high]| low.abs().min(high.abs()))
+            .fold(f64::INFINITY, f64::min);
+        let missing: u64 = self.missing_samples.values().sum();
+        let missing = match missing {
+            0 => String::new(),
+            missing => format!(", {missing} samples missing"),
+        };
+        text(|out| {
+            writeln!(
+                out,
+                " loop     {}, {} ticks, {} missed, {} faults{missing}",
+                rate(self.run.period_us),
+                self.ticks,
+                self.missed_ticks,
+                self.faults.len()
+            )?;
+            writeln!(
+                out,
+                " bus      {:.0} of {} µs, at most {}",
+                self.bus_us.mean, self.run.period_us, self.bus_us.max
+            )?;
+            writeln!(
+                out,
+                " torque   at most {torque1:.2} and {torque2:.2} of {limit_nm:.2} N m"
+            )
+        })
+    }
+
+    /// Distributions per tick, and every counter.
+    pub fn details(&self) -> String {
+        text(|out| {
+            self.write_ticks(out)?;
+            self.write_counters(out)
+        })
     }
 
     fn write_ticks(&self, out: &mut String) -> Result {
         writeln!(
             out,
-            "{:<16}{:>10}{:>10}{:>10}{:>10}",
+            " {:<14}{:>10}{:>10}{:>10}{:>10}",
             "per tick", "mean", "std", "p99", "max"
         )?;
-        write_spread(out, "starts late", self.start_error_us, 1.0, "µs")?;
-        let occupancy = format!("µs = {:.1} % of the period", self.bus_occupancy_percent);
+        write_spread(out, "start delay", self.start_error_us, 1.0, "µs")?;
+        let occupancy = format!("µs = {:.1} % of a tick", self.bus_occupancy_percent);
         write_spread(out, "bus", self.bus_us, 1.0, &occupancy)?;
         match self.compute_ns {
             Some(compute_ns) => write_spread(out, "compute", compute_ns, 1e-3, "µs"),
-            None => writeln!(out, "{:<16}{:>10}", "compute", "not measured"),
+            None => writeln!(out, " {:<14}{:>10}", "compute", "–"),
         }
     }
 
-    fn write_totals(&self, out: &mut String) -> Result {
-        let [torque1, torque2] = self.peak_torque_nm;
+    fn write_counters(&self, out: &mut String) -> Result {
         let [pwm1, pwm2] = self.peak_pwm_deviation;
-        let missing: u64 = self.missing_samples.values().sum();
         let link = self.records;
         let rows = [
-            ("peak torque", format!("{torque1:.3} and {torque2:.3} N m")),
             ("peak PWM", format!("{pwm1} and {pwm2} counts from neutral")),
-            (
-                "ticks",
-                format!(
-                    "{} recorded, {} missed, {missing} samples missing, {} faults",
-                    self.ticks,
-                    self.missed_ticks,
-                    self.faults.len()
-                ),
-            ),
             (
                 "records",
                 format!(
@@ -135,7 +169,7 @@ impl Summary {
         });
         let log = self.log.iter().map(|log| {
             (
-                "log",
+                "log file",
                 format!(
                     "{} records written, {} lost, {} bytes unwritten, {:.1} MB",
                     log.written,
@@ -158,7 +192,40 @@ impl Summary {
             .chain(rows)
             .chain(log)
             .chain(port)
-            .try_for_each(|(name, text)| writeln!(out, "{name:<16}{text}"))
+            .try_for_each(|(name, text)| writeln!(out, " {name:<14}{text}"))
+    }
+
+    /// The remarks, broken at the terminal's width.
+    pub fn remarks_text(&self) -> String {
+        let lines = self
+            .remarks
+            .iter()
+            .flat_map(|remark| text_table::wrap(remark.split(' '), " ", WIDTH, "    "));
+        lines.map(|line| line + "\n").collect()
+    }
+}
+
+/// Text that a closure writes.
+fn text(write: impl FnOnce(&mut String) -> Result) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write(&mut text);
+    text
+}
+
+/// Settling time, or a dash for a joint that does not settle.
+fn settled(joint: &JointSummary) -> String {
+    let settled = joint.settling_time_s;
+    settled.map_or("never".into(), |s| format!("{s:.2} s"))
+}
+
+/// Rate of a period: `1 kHz`, `22.2 Hz`.
+fn rate(period_us: u32) -> String {
+    let hz = 1e6 / f64::from(period_us);
+    if hz >= 1000.0 {
+        format!("{} kHz", (hz / 10.0).round() / 100.0)
+    } else {
+        format!("{} Hz", (hz * 10.0).round() / 10.0)
     }
 }
 
@@ -170,7 +237,7 @@ fn write_spread(out: &mut String, name: &str, spread: Spread, scale: f64, unit: 
         p99,
         max,
     } = spread;
-    write!(out, "{name:<16}")?;
+    write!(out, " {name:<14}")?;
     for value in [mean, std, f64::from(p99), f64::from(max)] {
         write!(out, "{:>10.2}", value * scale)?;
     }

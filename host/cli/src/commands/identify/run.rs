@@ -202,6 +202,7 @@ fn perform(
         summary,
         folder,
         verdict,
+        ..
     } = player.finish(result)?;
     let path = folder.display().to_string();
     let mut report = json!({ "run": summary, "folder": path });

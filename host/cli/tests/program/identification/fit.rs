@@ -28,7 +28,7 @@ fn the_benchs_arm_is_identified_from_its_logs_and_a_board_takes_it() {
     let run = |scenario: &str| {
         let output = program(&["run", scenario]);
         let printed = text(&output.stdout);
-        printed.lines().last().unwrap().to_owned()
+        armbridge_tests::paths::run_folder(printed).to_owned()
     };
     let logs = [run("multisine"), run("sweep")];
     let fit = ["identify", "fit", &logs[0], &logs[1]];
@@ -99,7 +99,7 @@ fn the_benchs_arm_is_identified_from_its_logs_and_a_board_takes_it() {
 fn logs_that_do_not_identify_the_arm_are_diagnosed() {
     let (folder, program) = program("poor");
     let output = program(&["run", "free-fall"]);
-    let log = text(&output.stdout).lines().last().unwrap().to_owned();
+    let log = armbridge_tests::paths::run_folder(text(&output.stdout)).to_owned();
     let output = program(&["identify", "fit", &log, "--out", "arm.toml"]);
     let line = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{line}");
@@ -127,7 +127,7 @@ fn logs_that_do_not_identify_the_arm_are_diagnosed() {
     let idle = "title = \"Idle\"\n[[step]]\nat_s = 0.1\nidle = true\n[stop]\nafter_s = 0.2\n";
     fs::write(folder.join("idle.toml"), idle).unwrap();
     let output = program(&["run", "idle.toml"]);
-    let log = text(&output.stdout).lines().last().unwrap().to_owned();
+    let log = armbridge_tests::paths::run_folder(text(&output.stdout)).to_owned();
     let output = program(&["identify", "fit", &log]);
     let line = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{line}");
@@ -148,7 +148,7 @@ fn an_external_torque_is_reported_with_its_time() {
     );
     fs::write(folder.join("pushed.toml"), pushed).unwrap();
     let output = program(&["run", "pushed.toml"]);
-    let log = text(&output.stdout).lines().last().unwrap().to_owned();
+    let log = armbridge_tests::paths::run_folder(text(&output.stdout)).to_owned();
     let output = program(&["identify", "fit", &log, "--out", "arm.toml"]);
     let line = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{line}");

@@ -127,7 +127,7 @@ fn logs_that_are_of_no_use_are_told() {
     let place = place("poor");
     let record = |scenario| {
         let printed = place.printed(&["run", scenario]);
-        printed.lines().last().unwrap().to_owned()
+        armbridge_tests::paths::run_folder(&printed).to_owned()
     };
     let [upright, bent] = [record("stiction"), record("free-fall")];
     let push = record("paper-constant-input");

@@ -1,0 +1,167 @@
+//! End of a run: the log is closed, the plots are drawn, summary and verdict computed.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use armbridge_client::LinkError;
+use armbridge_log::recorder::Recorder;
+use armbridge_log::summary::{LogSummary, ServoSummary, Summary};
+use armbridge_shared::link::message::PortCounters;
+
+use super::run_stats::DecimatedRecords;
+use super::{Baseline, RunError, RunHost};
+use crate::plan_runner::{Ending, PlanError};
+use crate::plot;
+
+/// Verdict on a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Success.
+    Done,
+    /// Failure; the summary has the reason.
+    Failed,
+    /// Ctrl-C ended it.
+    Interrupted,
+}
+
+impl Verdict {
+    /// The program's exit code.
+    pub fn exit_code(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::Failed => 1,
+            // The shell's convention: 128 plus the signal's number.
+            Self::Interrupted => 130,
+        }
+    }
+}
+
+/// A finished run.
+#[derive(Debug)]
+pub struct Finished {
+    /// Summary.
+    pub summary: Summary,
+    /// Folder of its files.
+    pub folder: PathBuf,
+    /// Verdict.
+    pub verdict: Verdict,
+    /// The same run with another control.
+    pub baseline: Option<Baseline>,
+}
+
+impl RunHost {
+    /// Closes the log, draws the plots and computes the summary of a run that ended with
+    /// `result`.
+    ///
+    /// # Errors
+    /// If the run did not begin.
+    pub fn finish(self, result: Result<(), LinkError<PlanError>>) -> Result<Finished, RunError> {
+        let wall: Duration = self.begun.elapsed();
+        let Self {
+            runner,
+            recorder,
+            progress,
+            folder,
+            mut facts,
+            success,
+            duration_s,
+            has_plots,
+            baseline,
+            ..
+        } = self;
+        progress.finish();
+        let failure = match result {
+            _ if runner.begun_us().is_none() => {
+                drop(recorder);
+                // Best effort: the folder holds no data.
+                let _ = std::fs::remove_dir_all(folder.path());
+                return Err(result.err().map_or(RunError::Interrupted, RunError::Link));
+            }
+            Ok(()) => None,
+            Err(error) => Some(error.to_string()),
+        };
+        let log = close(recorder);
+        if let Some(settings) = runner.begun_with() {
+            facts = facts.with_settings(settings);
+        }
+
+        let ending = runner.ending();
+        let is_success =
+            failure.is_none() && ending.is_some_and(|end| success.iter().any(|s| s.matches(end)));
+        let ended = failure.or_else(|| match ending {
+            // Faults are described in more detail elsewhere.
+            Some(Ending::Time | Ending::Fault(_)) | None => None,
+            Some(end @ (Ending::Angle { .. } | Ending::Error { .. } | Ending::Interrupted)) => {
+                Some(end.in_words())
+            }
+        });
+        let (servos, port) = (runner.status().servos, runner.status().port);
+        let (link, trips) = (runner.stats(), runner.trips().to_vec());
+        let mut stats = runner.into_sink();
+        let csv_trouble = stats.close().map(|error| error.to_string());
+
+        let tally = &stats.tally;
+        let run_s = match ending {
+            Some(Ending::Time) => duration_s,
+            _ => tally.covered_s(),
+        };
+        let mut summary = tally.summary(&facts, link, run_s, wall.as_secs_f64());
+        summary.servos = servos.map(|servos| ServoSummary {
+            firmware: servos.firmware.to_string(),
+            baud: servos.baud,
+        });
+        summary.port = (port != PortCounters::default()).then_some(port);
+        let mut is_complete = log.is_complete() && csv_trouble.is_none();
+        summary.log = Some(log);
+        summary.ended = ended;
+        if let Some(judge) = stats.judge.take()
+            && is_success
+        {
+            summary.missed_expectations = judge.misses(tally, &summary);
+        }
+        let mut summary = summary.with_causes(&trips);
+        summary.remarks.append(&mut stats.conclusions);
+        summary.remarks.extend(csv_trouble);
+        if has_plots {
+            let DecimatedRecords { records, every, .. } = &stats.plotted;
+            if *every > 1 {
+                let remark = format!("the plots show one tick in {every}");
+                summary.remarks.push(remark);
+            }
+            if let Err(error) = plot::draw_all(folder.path(), &facts, records) {
+                summary.remarks.push(error.to_string());
+                is_complete = false;
+            }
+        }
+
+        let verdict = if ending == Some(Ending::Interrupted) {
+            Verdict::Interrupted
+        } else if is_success && is_complete && summary.missed_expectations.is_empty() {
+            Verdict::Done
+        } else {
+            Verdict::Failed
+        };
+        Ok(Finished {
+            summary,
+            folder: folder.path().into(),
+            verdict,
+            baseline,
+        })
+    }
+}
+
+/// Closes the log; returns its summary, with its error if there is one.
+fn close(recorder: Recorder) -> LogSummary {
+    let so_far = recorder.report();
+    let (report, error) = match recorder.finish() {
+        Ok(report) => (report, None),
+        Err(error) => (so_far, Some(error.to_string())),
+    };
+    LogSummary {
+        written: report.records,
+        lost: report.lost,
+        unwritten: report.unwritten,
+        size: report.size,
+        trouble: error.or(report.trouble),
+    }
+}
