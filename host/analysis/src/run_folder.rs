@@ -1,19 +1,20 @@
-//! Folder of a run's files: `runs/2026-11-21T10-55-00Z-demo/`.
+//! Folder of a run's files: `runs/2026-11-21T10-55-00.250Z-demo/`.
 //!
-//! The name begins with the UTC time of creation, so that names sort by time, with dashes
-//! instead of colons, which some file systems reject. An existing folder is never reused: a
-//! second one in the same second gets `-2`, and so on.
+//! The name begins with the UTC time of creation in ms, so that names sort by time, with
+//! dashes instead of colons, which some file systems reject. An existing folder is never
+//! reused: a second one in the same millisecond gets `-2`, and so on.
+//! [`log_path`](armbridge_log::log_path) finds the newest run by these names.
 
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 /// Default folder for run folders.
 pub const DEFAULT_BASE: &str = "runs";
 
-/// Largest number of folders of the same second.
-const MAX_PER_SECOND: u32 = 1000;
+/// Largest number of folders of the same millisecond.
+const MAX_PER_MS: u32 = 1000;
 
 /// Folder created for one run.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -45,20 +46,20 @@ impl RunFolder {
             path: base.to_path_buf(),
             source,
         })?;
-        let now_s = SystemTime::now()
+        let now = SystemTime::now()
             .duration_since(UNIX_EPOCH)
-            .map_or(0, |t| t.as_secs());
-        Self::create_at(base, name, now_s)
+            .unwrap_or_default();
+        Self::create_at(base, name, now)
     }
 
-    fn create_at(base: &Path, name: &str, now_s: u64) -> Result<Self, RunFolderError> {
-        let stem = format!("{}-{name}", utc(now_s));
+    fn create_at(base: &Path, name: &str, now: Duration) -> Result<Self, RunFolderError> {
+        let stem = format!("{}-{name}", utc(now));
         let mut path = base.join(&stem);
         for next in 2.. {
             // `create_dir` fails on an existing folder, so two programs never share one.
             match fs::create_dir(&path) {
                 Ok(()) => break,
-                Err(e) if e.kind() == ErrorKind::AlreadyExists && next <= MAX_PER_SECOND => {
+                Err(e) if e.kind() == ErrorKind::AlreadyExists && next <= MAX_PER_MS => {
                     path = base.join(format!("{stem}-{next}"));
                 }
                 Err(source) => return Err(RunFolderError { path, source }),
@@ -78,11 +79,12 @@ impl RunFolder {
     }
 }
 
-/// UTC time as `2026-11-21T10-55-00Z`, from seconds since 1970.
+/// UTC time as `2026-11-21T10-55-00.250Z`, from the time since 1970.
 ///
 /// Civil calendar from a day number as in Howard Hinnant's
 /// `civil_from_days`: years begin in March, so that leap days come last.
-fn utc(now_s: u64) -> String {
+fn utc(now: Duration) -> String {
+    let (now_s, ms) = (now.as_secs(), now.subsec_millis());
     let (days, second_of_day) = (now_s / 86_400, now_s % 86_400);
     let days = days + 719_468;
     let (era, day_of_era) = (days / 146_097, days % 146_097);
@@ -102,7 +104,7 @@ fn utc(now_s: u64) -> String {
         second_of_day / 60 % 60,
         second_of_day % 60,
     );
-    format!("{year:04}-{month:02}-{day:02}T{hour:02}-{minute:02}-{second:02}Z")
+    format!("{year:04}-{month:02}-{day:02}T{hour:02}-{minute:02}-{second:02}.{ms:03}Z")
 }
 
 #[cfg(test)]
@@ -119,11 +121,16 @@ mod tests {
     #[test]
     fn times_are_those_of_the_calendar() {
         // From `date --utc --date=@N`.
-        assert_eq!(utc(0), "1970-01-01T00-00-00Z");
-        assert_eq!(utc(951_782_400), "2000-02-29T00-00-00Z");
-        assert_eq!(utc(1_795_258_500), "2026-11-21T10-55-00Z");
-        assert_eq!(utc(4_107_542_399), "2100-02-28T23-59-59Z");
-        assert_eq!(utc(4_107_542_400), "2100-03-01T00-00-00Z");
+        for (seconds, time) in [
+            (0, "1970-01-01T00-00-00"),
+            (951_782_400, "2000-02-29T00-00-00"),
+            (1_795_258_500, "2026-11-21T10-55-00"),
+            (4_107_542_399, "2100-02-28T23-59-59"),
+            (4_107_542_400, "2100-03-01T00-00-00"),
+        ] {
+            let now = Duration::from_secs(seconds) + Duration::from_millis(70);
+            assert_eq!(utc(now), format!("{time}.070Z"));
+        }
     }
 
     #[test]
@@ -131,10 +138,14 @@ mod tests {
         let base = scratch("existing");
         fs::create_dir_all(&base).unwrap();
         let names: Vec<_> = (0..3)
-            .map(|_| RunFolder::create_at(&base, "demo", 0).unwrap().path)
+            .map(|_| {
+                RunFolder::create_at(&base, "demo", Duration::ZERO)
+                    .unwrap()
+                    .path
+            })
             .map(|path| path.file_name().unwrap().to_str().unwrap().to_owned())
             .collect();
-        let stem = "1970-01-01T00-00-00Z-demo";
+        let stem = "1970-01-01T00-00-00.000Z-demo";
         assert_eq!(
             names,
             [stem.to_owned(), format!("{stem}-2"), format!("{stem}-3")]

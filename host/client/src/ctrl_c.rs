@@ -1,19 +1,64 @@
 //! Ctrl-C as a flag instead of an immediate exit: the driver of a link polls it, switches
 //! the motors off, and ends.
 //!
-//! A request to terminate and a closed terminal set it as well.
+//! A request to terminate and a terminal that hangs up set it as well. A second ctrl-c ends
+//! the program at once; a second hang-up does not: a terminal that closes sends one to the
+//! program and one through its shell, and the motors must be switched off first.
 
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::io;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, LazyLock};
 
-/// Exit code of a program that ctrl-c ended: 128 plus the signal's number.
-const ENDED: i32 = 130;
+use signal_hook::consts::SIGINT;
+use signal_hook::flag;
 
-/// Number of times since [`listen`].
-static PRESSED: AtomicU32 = AtomicU32::new(0);
+/// A signal that ends the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Signal {
+    /// The terminal hung up: `SIGHUP`.
+    HangUp,
+    /// Ctrl-C: `SIGINT`.
+    Interrupt,
+    /// A request to terminate: `SIGTERM`.
+    Terminate,
+}
 
-/// Whether ctrl-c has been pressed since [`listen`].
+impl Signal {
+    const ALL: [Self; 3] = [Self::HangUp, Self::Interrupt, Self::Terminate];
+
+    /// Its number, as POSIX has it.
+    const fn number(self) -> u8 {
+        match self {
+            Self::HangUp => 1,
+            Self::Interrupt => 2,
+            Self::Terminate => 15,
+        }
+    }
+
+    /// Exit code of a program that it ended: 128 plus its number, as shells have it.
+    pub const fn exit_code(self) -> u8 {
+        128 + self.number()
+    }
+}
+
+/// Number of the last signal since [`listen`]; 0 for none.
+static RAISED: LazyLock<Arc<AtomicUsize>> = LazyLock::new(Arc::default);
+
+/// Whether ctrl-c has been pressed, or another signal has come, since [`listen`].
 pub fn is_raised() -> bool {
-    PRESSED.load(Ordering::Relaxed) > 0
+    RAISED.load(Ordering::Relaxed) > 0
+}
+
+/// The signal that came since [`listen`].
+pub fn raised() -> Option<Signal> {
+    let number = RAISED.load(Ordering::Relaxed);
+    let mut signals = Signal::ALL.into_iter();
+    signals.find(|signal| usize::from(signal.number()) == number)
+}
+
+/// Exit code of a program that a signal ended; that of ctrl-c if none came.
+pub fn exit_code() -> u8 {
+    raised().unwrap_or(Signal::Interrupt).exit_code()
 }
 
 /// The handler cannot be installed.
@@ -21,22 +66,32 @@ pub fn is_raised() -> bool {
 #[error(
     "cannot install a handler for ctrl-c: {0}; nothing was started, so nothing has to be switched off"
 )]
-pub struct ListenError(ctrlc::Error);
+pub struct ListenError(io::Error);
 
-/// Installs the handler: the first ctrl-c (or request to terminate) sets the flag, the
-/// second ends the program.
+/// Installs the handlers, once: the first ctrl-c, hang-up or request to terminate sets the
+/// flag, another ctrl-c ends the program.
 ///
 /// # Errors
 /// If the system refuses.
 pub fn listen() -> Result<(), ListenError> {
-    let installed = ctrlc::set_handler(|| {
-        if PRESSED.fetch_add(1, Ordering::Relaxed) > 0 {
-            std::process::exit(ENDED);
+    static INSTALLED: LazyLock<Result<(), io::ErrorKind>> =
+        LazyLock::new(|| install().map_err(|error| error.kind()));
+    INSTALLED.map_err(|kind| ListenError(kind.into()))
+}
+
+fn install() -> io::Result<()> {
+    // Before the flag is set by the same ctrl-c.
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let code = Signal::Interrupt.exit_code();
+    flag::register_conditional_shutdown(SIGINT, code.into(), Arc::clone(&interrupted))?;
+    flag::register(SIGINT, interrupted)?;
+    for signal in Signal::ALL {
+        #[cfg(not(unix))]
+        if signal == Signal::HangUp {
+            continue;
         }
-    });
-    match installed {
-        // Already installed by another part of this program.
-        Ok(()) | Err(ctrlc::Error::MultipleHandlers) => Ok(()),
-        Err(error) => Err(ListenError(error)),
+        let number = signal.number();
+        flag::register_usize(number.into(), Arc::clone(&RAISED), number.into())?;
     }
+    Ok(())
 }

@@ -13,6 +13,8 @@
 //! | [`params`]       | the board's settings as names with values                  |
 //! | [`servo_bus`]    | servos found, read, written and reset, from the host       |
 //! | [`servo_table`]  | servos' registers by name                                  |
+//! | [`stdio`]        | standard output and error, which may be closed             |
+//! | [`ctrl_c`]       | signals that end the program, as a flag                    |
 //! | [`enum_names`], [`fault_text`], [`refusal_text`], [`experiment_text`] | enums as names, and as sentences |
 #![forbid(unsafe_code)]
 
@@ -33,6 +35,7 @@ pub mod servo_bus;
 pub mod servo_table;
 pub mod session;
 pub mod status;
+pub mod stdio;
 pub mod tap;
 pub mod tcp_pump;
 pub mod toml_file;

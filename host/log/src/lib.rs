@@ -23,6 +23,8 @@
 //! | [`inspect`]        | contents of a log, and differences of two                |
 //! | [`replay`]         | a log's inputs through the board's code                  |
 //! | [`event_text`]     | events as text                                           |
+//! | [`output_file`]    | files written whole, and never over others               |
+//! | [`log_path`]       | the log of a name, or the newest run's                   |
 //! | [`text_table`]     | plain tables for a terminal                              |
 #![forbid(unsafe_code)]
 
@@ -39,6 +41,7 @@ mod limits;
 pub mod log_path;
 mod mcap_file;
 pub mod metadata;
+pub mod output_file;
 mod parameters;
 mod payload_codec;
 pub mod proto;
