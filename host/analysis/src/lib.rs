@@ -6,6 +6,7 @@
 //! | [`scenario`]    | files that describe a run                                    |
 //! | [`plan_runner`] | a host that performs a plan step by step                     |
 //! | [`run`]         | a run from its plan to its folder                            |
+//! | [`run_page`]    | the page of a run: moving arm, curves, events                |
 //! | [`run_folder`]  | the folder of a run                                          |
 //! | [`monte_carlo`] | runs on many virtual arms, evaluated with the true arm       |
 //! | [`plot`]        | plots of a run                                               |
@@ -24,4 +25,5 @@ pub mod plot;
 pub mod progress;
 pub mod run;
 pub mod run_folder;
+pub mod run_page;
 pub mod scenario;

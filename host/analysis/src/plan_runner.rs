@@ -8,7 +8,7 @@
 //! or a reset of the board ends the run: the runner sends a hello again, so that the log
 //! continues, and checks that torque is off. It never arms a second time by itself.
 
-mod action_text;
+pub(crate) mod action_text;
 mod error;
 mod on_message;
 mod outcome;

@@ -1,5 +1,5 @@
 //! Self-contained HTML pages: they include their style and drawings and need no network
-//! access. Their colours follow the screen's light or dark theme; they can be printed.
+//! access, which their security policy forbids. Their colours follow the screen's light or dark theme; they can be printed.
 
 use std::path::{Path, PathBuf};
 
@@ -31,21 +31,29 @@ pub(crate) fn page(title: &str, contents: &Markup) -> String {
     let dark = DARK.map(|(light, dark)| {
         format!("svg [fill=\"{light}\"]{{fill:{dark}}}svg [stroke=\"{light}\"]{{stroke:{dark}}}\n")
     });
+    let dark = dark.concat();
+    let style = format!("@media screen and (prefers-color-scheme: dark) {{\n{dark}}}");
+    document(title, &style, &html! { main { (contents) } })
+}
+
+/// HTML text of a document with a style of its own beside that of all pages. Its security
+/// policy forbids the network, and all scripts but those in the page.
+pub(crate) fn document(title: &str, style: &str, body: &Markup) -> String {
+    const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; \
+                          script-src 'unsafe-inline'; base-uri 'none'; form-action 'none'";
     let page = html! {
         (DOCTYPE)
         html lang="en" {
             head {
                 meta charset="utf-8";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
                 meta name="viewport" content="width=device-width, initial-scale=1";
+                // An empty icon, for which no browser asks the network.
+                link rel="icon" href="data:,";
                 title { (title) }
-                style {
-                    (PreEscaped(STYLE))
-                    "@media screen and (prefers-color-scheme: dark) {\n"
-                    (PreEscaped(dark.concat()))
-                    "}"
-                }
+                style { (PreEscaped(STYLE)) (PreEscaped(style)) }
             }
-            body { main { (contents) } }
+            body { (body) }
         }
     };
     page.into_string()

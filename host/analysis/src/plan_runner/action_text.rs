@@ -19,7 +19,8 @@ impl Action {
     }
 }
 
-fn command_text(command: &Command) -> String {
+/// A command in one line, without a full stop.
+pub(crate) fn command_text(command: &Command) -> String {
     match command {
         Command::Idle => "motors off".into(),
         Command::Torque([first, second]) => {

@@ -1,0 +1,257 @@
+//! One pass over a log for the page: curves, poses, events and results, in bounded memory.
+
+use std::path::Path;
+
+use armbridge_client::LinkStats;
+use armbridge_client::enum_names;
+use armbridge_client::event::{Event, EventKind};
+use armbridge_log::inspect::Head;
+use armbridge_log::recording::ReadError;
+use armbridge_log::run_info::RunFacts;
+use armbridge_log::summary::{Summary, Tally};
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::{Mode, Record, Sample, ToHost};
+
+use super::clock::Clock;
+use super::events::{EventList, Kind, Level, Listed};
+use super::rows::{Kept, Rows};
+
+/// Intervals in faults and without records that are shaded; further ones are not.
+const SHADED_MAX: usize = 500;
+
+/// A quantity of each joint.
+pub(super) struct Quantity {
+    /// Its name in the page's data, before the joint's number.
+    pub(super) name: &'static str,
+    /// It is shown of the second run too.
+    pub(super) is_compared: bool,
+    /// Its value; NaN where there is none.
+    get: fn(&Record, usize) -> f32,
+}
+
+/// Encoder counts, which the page shows as angles.
+pub(super) const ENCODER: &str = "encoder";
+
+/// Quantities in the order of the rows.
+pub(super) const QUANTITIES: [Quantity; 8] = [
+    quantity(ENCODER, false, |record, joint| {
+        match record.samples[joint] {
+            Sample::Counts(count) if enum_names::is_up(record.mode) => f32::from(count),
+            Sample::Counts(_) | Sample::Missing(_) => f32::NAN,
+        }
+    }),
+    quantity("angle", true, |record, joint| {
+        estimate(record, record.angle_rad[joint])
+    }),
+    quantity("reference", true, |record, joint| {
+        reference(record, record.reference_rad[joint])
+    }),
+    quantity("error", true, |record, joint| {
+        reference(
+            record,
+            record.angle_rad[joint] - record.reference_rad[joint],
+        )
+    }),
+    quantity("speed", true, |record, joint| {
+        estimate(record, record.speed_rad_s[joint])
+    }),
+    quantity("reference_speed", false, |record, joint| {
+        reference(record, record.reference_speed_rad_s[joint])
+    }),
+    quantity("torque", true, |record, joint| {
+        estimate(record, record.torque_nm[joint])
+    }),
+    quantity("disturbance", false, |record, joint| {
+        estimate(record, record.disturbance_nm[joint])
+    }),
+];
+
+/// Quantities of a pose: angles, then reference angles.
+const POSE: [usize; 2] = [1, 2];
+
+const fn quantity(
+    name: &'static str,
+    is_compared: bool,
+    get: fn(&Record, usize) -> f32,
+) -> Quantity {
+    Quantity {
+        name,
+        is_compared,
+        get,
+    }
+}
+
+/// A value that is known once servos have been found.
+fn estimate(record: &Record, value: f32) -> f32 {
+    if enum_names::is_up(record.mode) {
+        value
+    } else {
+        f32::NAN
+    }
+}
+
+/// A value that exists while there is a reference.
+fn reference(record: &Record, value: f32) -> f32 {
+    use armbridge_shared::link::message::Drive;
+    match record.mode.drive() {
+        Some(Drive::Regulate | Drive::Track | Drive::Hold) => value,
+        _ => f32::NAN,
+    }
+}
+
+/// Contents of a log for the page. Times are in s after the arm is armed.
+#[derive(Debug)]
+pub(super) struct Collected {
+    pub(super) head: Head,
+    /// The run, by the settings in force.
+    pub(super) facts: RunFacts,
+    pub(super) summary: Summary,
+    /// All quantities, joint by joint.
+    pub(super) rows: Rows,
+    /// Angles and reference angles at an even rate.
+    pub(super) poses: Rows,
+    /// Time in s, after the first tick, at which the arm is armed.
+    pub(super) zero_s: f64,
+    /// Time of the last tick.
+    pub(super) end_s: f64,
+    pub(super) events: Vec<Listed>,
+    pub(super) events_left_out: usize,
+    /// Start of each mode.
+    pub(super) modes: Vec<(f64, &'static str)>,
+    /// Intervals without records.
+    pub(super) gaps: Vec<[f64; 2]>,
+}
+
+/// State of the pass.
+struct Pass {
+    period_s: f64,
+    clock: Clock,
+    tally: Tally,
+    rows: Rows,
+    poses: Rows,
+    events: EventList,
+    modes: Vec<(f64, &'static str)>,
+    gaps: Vec<[f64; 2]>,
+    zero_s: Option<f64>,
+    last: Option<(u32, f64)>,
+    row: Vec<f32>,
+}
+
+impl Collected {
+    /// Reads a log up to its first damage.
+    pub(super) fn read(path: &Path) -> Result<Self, ReadError> {
+        let mut pass = Pass::new();
+        let head = Head::read(path, |event| pass.add(event))?;
+        let facts = head.settings.as_ref().map_or_else(
+            || head.facts.clone(),
+            |settings| head.facts.with_settings(settings),
+        );
+        let covered_s = pass.clock.now_s();
+        let summary = pass
+            .tally
+            .summary(&facts, LinkStats::default(), covered_s, 0.0);
+        let zero_s = pass.zero_s.unwrap_or(0.0);
+        let (mut events, events_left_out) = pass.events.finish();
+        for event in &mut events {
+            event.time -= zero_s;
+        }
+        for (start_s, _) in &mut pass.modes {
+            *start_s -= zero_s;
+        }
+        for end_s in pass.gaps.as_flattened_mut() {
+            *end_s -= zero_s;
+        }
+        Ok(Self {
+            head,
+            facts,
+            summary,
+            rows: pass.rows,
+            poses: pass.poses,
+            zero_s,
+            end_s: pass.clock.now_s() - zero_s,
+            events,
+            events_left_out,
+            modes: pass.modes,
+            gaps: pass.gaps,
+        })
+    }
+
+    /// Adds pushes, in order of time, to the events.
+    pub(super) fn add_pushes(&mut self, pushes: impl Iterator<Item = (f64, String)>) {
+        self.events.extend(pushes.map(|(time, text)| Listed {
+            time,
+            kind: Kind::Push,
+            level: Level::Info,
+            text,
+        }));
+        self.events.sort_by(|a, b| a.time.total_cmp(&b.time));
+    }
+}
+
+impl Pass {
+    fn new() -> Self {
+        let quantities = QUANTITIES.len() * JOINTS;
+        Self {
+            period_s: 1e-3,
+            clock: Clock::default(),
+            tally: Tally::default(),
+            rows: Rows::new(Kept::Extremes, quantities),
+            poses: Rows::new(Kept::First, POSE.len() * JOINTS),
+            events: EventList::default(),
+            modes: Vec::new(),
+            gaps: Vec::new(),
+            zero_s: None,
+            last: None,
+            row: Vec::with_capacity(quantities),
+        }
+    }
+
+    fn add(&mut self, event: &Event) {
+        match &event.kind {
+            EventKind::Received(_, ToHost::Record(record)) => self.tick(record),
+            kind => {
+                if let EventKind::Received(_, ToHost::Settings(settings)) = kind {
+                    self.period_s = f64::from(settings.setup.period_us) * 1e-6;
+                }
+                self.events.add(kind, &self.clock);
+            }
+        }
+    }
+
+    fn tick(&mut self, record: &Record) {
+        let time_s = self.clock.advance(record.start_us, self.period_s);
+        if let Some((tick, last_s)) = self.last
+            && record.tick.wrapping_sub(tick) != 1
+        {
+            let missing = record.tick.saturating_sub(tick).saturating_sub(1);
+            if missing > 0 {
+                self.events.gap(missing, last_s);
+            }
+            if self.gaps.len() < SHADED_MAX {
+                self.gaps.push([last_s, time_s]);
+            }
+            self.rows.add_gap((last_s + time_s) / 2.0);
+        }
+        self.last = Some((record.tick, time_s));
+        if self.events.mode(record.mode, time_s) && self.modes.len() < SHADED_MAX {
+            self.modes.push((time_s, enum_names::mode(record.mode)));
+        }
+        if self.zero_s.is_none() && is_armed(record.mode) {
+            self.zero_s = Some(time_s);
+        }
+        self.tally.add(record);
+        self.row.clear();
+        for quantity in &QUANTITIES {
+            self.row
+                .extend((0..JOINTS).map(|joint| (quantity.get)(record, joint)));
+        }
+        self.rows.add(time_s, &self.row);
+        let pose = POSE.map(|quantity| [0, 1].map(|joint| self.row[quantity * JOINTS + joint]));
+        self.poses.add(time_s, pose.as_flattened());
+    }
+}
+
+/// Whether a run begins with this mode.
+fn is_armed(mode: Mode) -> bool {
+    matches!(mode, Mode::Armed | Mode::Running(_) | Mode::Degraded(_))
+}

@@ -1,0 +1,346 @@
+//! List of what happened in a run: commands, pushes, faults, modes, and messages of the board
+//! and the link. It is bounded for each kind; further ones are counted.
+
+use std::collections::VecDeque;
+
+use armbridge_client::event::EventKind;
+use armbridge_client::params;
+use armbridge_client::{fault_text, refusal_text};
+use armbridge_log::event_text;
+use armbridge_log::proto::Severity;
+use armbridge_shared::link::message::{
+    Command, Mode, Moment, Refusal, Settings, ToBoard, ToHost, Trip,
+};
+use serde::Serialize;
+
+use super::clock::Clock;
+use crate::plan_runner::action_text::command_text;
+
+/// Limit of the commands: those of an hour with one every two seconds.
+const COMMANDS_MAX: usize = 2_000;
+/// Limit of each other kind.
+const OTHERS_MAX: usize = 300;
+/// Commands among which that of an acknowledgement is sought.
+const UNANSWERED_MAX: usize = 32;
+/// Settings of one command that are named.
+const NAMED_MAX: usize = 3;
+
+/// Kind of an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Kind {
+    Command,
+    Push,
+    Fault,
+    Mode,
+    Board,
+    Link,
+}
+
+/// Importance of an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Level {
+    Info,
+    Warning,
+    Error,
+}
+
+/// An event of the list.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Listed {
+    /// In s.
+    pub(super) time: f64,
+    pub(super) kind: Kind,
+    pub(super) level: Level,
+    pub(super) text: String,
+}
+
+/// A command that was sent.
+#[derive(Debug)]
+struct Sent {
+    command: Command,
+    sequence: u16,
+    /// Place in the list; none if it is not there.
+    place: Option<usize>,
+    /// It may be sent again.
+    is_open: bool,
+    /// Points of a stream.
+    points: u32,
+}
+
+/// The list so far.
+#[derive(Debug, Default)]
+pub(super) struct EventList {
+    listed: Vec<Listed>,
+    counts: [usize; 6],
+    left_out: usize,
+    sent: VecDeque<Sent>,
+    settings: Option<Settings>,
+    mode: Option<Mode>,
+    trip: Option<Trip>,
+}
+
+impl EventList {
+    /// Adds what is not a record.
+    pub(super) fn add(&mut self, kind: &EventKind, clock: &Clock) {
+        let now_s = clock.now_s();
+        match kind {
+            EventKind::Sent(sequence, ToBoard::Command(command)) => {
+                self.command(*sequence, *command, now_s);
+            }
+            EventKind::Sent(_, ToBoard::Stop) => {
+                self.push(
+                    now_s,
+                    Kind::Command,
+                    Level::Warning,
+                    "emergency stop".into(),
+                );
+            }
+            EventKind::Received(_, ToHost::Settings(settings)) => self.settings = Some(*settings),
+            EventKind::Received(
+                _,
+                ToHost::Ack {
+                    sequence,
+                    result,
+                    moment,
+                },
+            ) => self.acknowledge(*sequence, *result, *moment, clock),
+            // It is repeated after a hello.
+            EventKind::Received(_, ToHost::Tripped(trip)) if self.trip == Some(*trip) => {}
+            EventKind::Received(_, ToHost::Tripped(trip)) => {
+                self.trip = Some(*trip);
+                let time_s = clock.time_s(trip.at_us);
+                self.push(time_s, Kind::Fault, Level::Error, fault_in_words(trip));
+            }
+            EventKind::Received(_, message) => self.message(message, now_s),
+            EventKind::Lost(_, frames) => self.link(now_s, &format!("{frames} frames are lost")),
+            EventKind::Damaged(..) => self.link(now_s, "a frame is damaged"),
+            EventKind::Disconnected => self.link(now_s, "the link broke"),
+            EventKind::Sent(..) => {}
+        }
+    }
+
+    /// Adds a change of the mode, if it is one; returns whether it is.
+    pub(super) fn mode(&mut self, mode: Mode, now_s: f64) -> bool {
+        if self.mode == Some(mode) {
+            return false;
+        }
+        self.mode = Some(mode);
+        let level = match mode {
+            Mode::Fault(_) => Level::Error,
+            Mode::Degraded(_) => Level::Warning,
+            _ => Level::Info,
+        };
+        let (name, meaning) = fault_text::mode(mode);
+        self.push(now_s, Kind::Mode, level, format!("{name}: {meaning}"));
+        true
+    }
+
+    /// Adds ticks without records.
+    pub(super) fn gap(&mut self, ticks: u32, now_s: f64) {
+        self.link(now_s, &format!("{ticks} ticks are not in the log"));
+    }
+
+    /// Adds an event.
+    pub(super) fn push(&mut self, time: f64, kind: Kind, level: Level, text: String) {
+        let most = if kind == Kind::Command {
+            COMMANDS_MAX
+        } else {
+            OTHERS_MAX
+        };
+        let count = &mut self.counts[kind as usize];
+        if *count == most {
+            self.left_out += 1;
+            return;
+        }
+        *count += 1;
+        self.listed.push(Listed {
+            time,
+            kind,
+            level,
+            text,
+        });
+    }
+
+    /// The list in order of time, and the number of events that are not in it.
+    pub(super) fn finish(mut self) -> (Vec<Listed>, usize) {
+        self.listed.sort_by(|a, b| a.time.total_cmp(&b.time));
+        (self.listed, self.left_out)
+    }
+
+    fn link(&mut self, now_s: f64, text: &str) {
+        self.push(now_s, Kind::Link, Level::Warning, text.into());
+    }
+
+    fn message(&mut self, message: &ToHost, now_s: f64) {
+        let (_, severity, text) = event_text::describe(message);
+        let level = match severity {
+            Severity::Debug => return,
+            Severity::Info => Level::Info,
+            Severity::Warning => Level::Warning,
+            Severity::Error => Level::Error,
+        };
+        self.push(now_s, Kind::Board, level, text);
+    }
+
+    fn command(&mut self, sequence: u16, command: Command, now_s: f64) {
+        if let Some(last) = self.sent.back_mut() {
+            let is_repeated = last.is_open && last.command == command;
+            let is_stream = matches!(
+                (last.command, command),
+                (Command::Stream { .. }, Command::Stream { .. })
+            );
+            if is_repeated {
+                last.sequence = sequence;
+                return;
+            }
+            if is_stream {
+                last.command = command;
+                last.points += 1;
+                if let Some(entry) = last.place.and_then(|place| self.listed.get_mut(place)) {
+                    entry.text = format!("follow {} streamed points", last.points);
+                }
+                return;
+            }
+        }
+        let text = self.text(&command);
+        let count = self.listed.len();
+        self.push(now_s, Kind::Command, Level::Info, text);
+        if self.sent.len() == UNANSWERED_MAX {
+            self.sent.pop_front();
+        }
+        self.sent.push_back(Sent {
+            command,
+            sequence,
+            place: (self.listed.len() > count).then_some(count),
+            is_open: true,
+            points: 1,
+        });
+    }
+
+    fn acknowledge(
+        &mut self,
+        sequence: u16,
+        result: Result<(), Refusal>,
+        moment: Option<Moment>,
+        clock: &Clock,
+    ) {
+        let mut latest_first = self.sent.iter_mut().rev();
+        let Some(sent) = latest_first.find(|sent| sent.sequence == sequence) else {
+            return;
+        };
+        sent.is_open = matches!(result, Err(Refusal::Busy | Refusal::EncoderUnknown { .. }));
+        let entry = sent.place.and_then(|place| self.listed.get_mut(place));
+        let Some(entry) = entry else { return };
+        if let Some(moment) = moment {
+            entry.time = clock.time_s(moment.at_us);
+        }
+        if let Err(refusal) = result
+            && !sent.is_open
+        {
+            let reason = refusal_text::in_words(refusal);
+            entry.text = format!("{}, refused: {reason}", entry.text);
+            entry.level = Level::Warning;
+        }
+    }
+
+    /// Text of a command; of one that changes settings, their names and values.
+    fn text(&self, command: &Command) -> String {
+        let after = self.settings.and_then(|settings| match *command {
+            Command::Configure(setup) => Some(Settings { setup, ..settings }),
+            Command::Limit(limits) => Some(Settings { limits, ..settings }),
+            _ => None,
+        });
+        let (Some(before), Some(after)) = (self.settings, after) else {
+            return command_text(command);
+        };
+        let changed = params::changed(&before, &after);
+        let named = changed
+            .iter()
+            .take(NAMED_MAX)
+            .map(|(parameter, value)| format!("{} = {}", parameter.key, params::to_text(value)));
+        let named: Vec<_> = named.collect();
+        match changed.len().saturating_sub(NAMED_MAX) {
+            _ if named.is_empty() => "confirm the settings".into(),
+            0 => format!("set {}", named.join(", ")),
+            more => format!("set {} and {more} more", named.join(", ")),
+        }
+    }
+}
+
+/// A fault on one line, with its remedy.
+pub(super) fn fault_in_words(trip: &Trip) -> String {
+    let description = fault_text::in_words(trip);
+    let measured = description
+        .measured
+        .map_or_else(String::new, |measured| format!(" ({measured})"));
+    format!("{}{measured}; {}", description.cause, description.remedy)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HOLD: Command = Command::Regulate([0.1, -0.2]);
+
+    fn sent(sequence: u16, command: Command) -> EventKind {
+        EventKind::Sent(sequence, ToBoard::Command(command))
+    }
+
+    fn ack(sequence: u16, result: Result<(), Refusal>) -> EventKind {
+        let moment = result.is_ok().then_some(Moment {
+            tick: 5,
+            is_decided: false,
+            at_us: 1_500_000,
+        });
+        EventKind::Received(
+            0,
+            ToHost::Ack {
+                sequence,
+                result,
+                moment,
+            },
+        )
+    }
+
+    #[test]
+    fn a_repeated_command_is_listed_once_where_it_was_accepted() {
+        let mut clock = Clock::default();
+        clock.advance(500_000, 1e-3);
+        let mut list = EventList::default();
+        for event in [
+            sent(1, HOLD),
+            ack(1, Err(Refusal::Busy)),
+            sent(2, HOLD),
+            ack(2, Ok(())),
+            sent(3, Command::Save),
+            ack(3, Err(Refusal::NotReady)),
+        ] {
+            list.add(&event, &clock);
+        }
+        let (listed, left_out) = list.finish();
+        assert_eq!((listed.len(), left_out), (2, 0));
+        assert!(listed[0].text.starts_with("save the settings, refused: "));
+        assert_eq!(listed[1].text, "hold at +0.10 and -0.20 rad");
+        assert!((listed[1].time - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn streams_are_one_entry_and_floods_are_counted() {
+        let (clock, mut list) = (Clock::default(), EventList::default());
+        for sequence in 0..5_000_u16 {
+            let point = Command::Stream {
+                at_us: sequence.into(),
+                angle_rad: [0.0; 2],
+                speed_rad_s: None,
+            };
+            list.add(&sent(sequence, point), &clock);
+            list.add(&EventKind::Disconnected, &clock);
+        }
+        let (listed, left_out) = list.finish();
+        assert_eq!(listed.len(), 1 + OTHERS_MAX);
+        assert_eq!(left_out, 5_000 - OTHERS_MAX);
+        assert_eq!(listed[0].text, "follow 5000 streamed points");
+    }
+}
