@@ -27,6 +27,8 @@ pub struct Seen {
     pub mode: Mode,
     /// In force in the servos.
     pub pwm: [u16; 2],
+    /// True angles of the arm in rad.
+    pub angle_rad: [f64; 2],
     /// Simulated time, in µs.
     pub now_us: u64,
 }
@@ -53,6 +55,7 @@ impl Served {
         let seen = Arc::new(Mutex::new(Seen {
             mode: Mode::Boot,
             pwm: OFF,
+            angle_rad: [0.0; 2],
             now_us: 0,
         }));
         let (is_over, is_reset_due) = (Arc::default(), Arc::default());
@@ -104,7 +107,7 @@ pub fn until(condition: &str, mut is_so: impl FnMut() -> bool) {
 }
 
 fn serve(
-    host: LinkServer,
+    mut host: LinkServer,
     arm: Plant,
     seen: &Mutex<Seen>,
     is_over: &AtomicBool,
@@ -114,7 +117,11 @@ fn serve(
     let mut after = Some(second.split());
     let board = VirtualBoard::new(first.split()).unwrap();
     let bench = Bench::new(arm);
+    let interactions = host.interactions();
     let mut run = Cosim::new(board, bench, host);
+    if let Some(interactions) = interactions {
+        run = run.with_interactions(interactions);
+    }
     while !is_over.load(Ordering::Relaxed) {
         run.step().unwrap();
         if is_reset_due.swap(false, Ordering::Relaxed)
@@ -135,6 +142,7 @@ fn serve(
         *seen.lock().unwrap() = Seen {
             mode: run.board.mode(),
             pwm: [run.bench.applied_pwm(0), run.bench.applied_pwm(1)],
+            angle_rad: run.bench.plant().state().q.into(),
             now_us: run.now_us(),
         };
     }

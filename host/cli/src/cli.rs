@@ -7,8 +7,8 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use crate::args::{OutputArgs, TaskArgs};
 use crate::commands::{
     Outcome, arm, bench, calibrate, clear, completions, config, design, diff, disarm, export,
-    fault_campaign, foxglove, identify, info, man, paper, params, plot, replay, run, scan, serve,
-    servo, status, stop, watch,
+    fault_campaign, foxglove, hand, identify, info, man, paper, params, plot, push, replay, run,
+    scan, serve, servo, status, stop, watch,
 };
 
 /// Deterministic control of a two-joint Dynamixel arm.
@@ -95,6 +95,12 @@ pub(crate) enum Command {
     /// Serve a simulated board or virtual servos to other programs.
     #[command(after_help = serve::EXAMPLES)]
     Serve(serve::ServeArgs),
+    /// Push the simulated arm of `serve board`.
+    #[command(after_help = push::EXAMPLES)]
+    Push(push::PushArgs),
+    /// Move the simulated arm of `serve board` by hand, and hold it.
+    #[command(after_help = hand::EXAMPLES)]
+    Hand(hand::HandArgs),
     /// Print completions for a shell.
     #[command(after_help = completions::EXAMPLES)]
     Completions(completions::CompletionsArgs),
@@ -131,6 +137,8 @@ impl Command {
             Self::FaultCampaign(args) => fault_campaign::run(args),
             Self::Paper(args) => paper::run(args),
             Self::Serve(args) => serve::run(args),
+            Self::Push(args) => push::run(args),
+            Self::Hand(args) => hand::run(args),
             Self::Completions(args) => completions::run(args, command()),
             Self::Man(args) => man::run(args, command()),
         }

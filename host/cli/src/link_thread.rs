@@ -1,7 +1,7 @@
 //! Link thread: drives a board's link while the program's other threads show and steer it.
 //!
-//! On a simulated arm it also passes on what hands do: lift the arm to its start, hold it
-//! until a motor drives it, and push it.
+//! It also passes on hands on a simulated arm, its own or a served one: they lift the arm to
+//! its start, hold it there until a motor drives it, and push it.
 //!
 //! At any end, by a key, an error or a panic, the board is disarmed and the thread is
 //! joined.
@@ -13,9 +13,9 @@ use std::time::{Duration, Instant};
 use armbridge_client::LinkError;
 use armbridge_client::error::SessionError;
 use armbridge_client::session::{ChannelHost, Request, SessionHandle};
+use armbridge_shared::link::server::{LinkRole, Touch};
 use armbridge_sim::cosim::Interaction;
 use armbridge_sim::link::{BoardUri, Options, drive};
-use armbridge_sim::plant::Push;
 
 /// How long the board may take to acknowledge that it is disarmed.
 const LEAVE: Duration = Duration::from_secs(3);
@@ -23,8 +23,8 @@ const LEAVE: Duration = Duration::from_secs(3);
 const LOOK: Duration = Duration::from_millis(10);
 
 /// A push by a key, which a standing arm takes without falling.
-const PUSH_NM: f64 = 0.3;
-const PUSH_NS: u64 = 200_000_000;
+const PUSH_NM: f32 = 0.3;
+const PUSH_US: u32 = 200_000;
 
 /// A hand on a simulated arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,7 +32,29 @@ pub enum Hand {
     /// Brings it back to where it began, and holds it until a motor drives it.
     Lift,
     /// Pushes this joint, 0.3 N m for 0.2 s.
-    Push(usize),
+    Push(u8),
+}
+
+impl From<Hand> for Touch {
+    fn from(hand: Hand) -> Self {
+        match hand {
+            Hand::Lift => Self::Lift,
+            Hand::Push(joint) => Self::Push {
+                joint,
+                torque_nm: PUSH_NM,
+                duration_us: PUSH_US,
+            },
+        }
+    }
+}
+
+/// Way of a hand to the simulated arm.
+#[derive(Debug)]
+enum Hands {
+    /// To the bench of this process.
+    Bench(Sender<Interaction>),
+    /// To a server of the link; a real board has none.
+    Server(Sender<Touch>),
 }
 
 /// Why a link is no longer served.
@@ -59,7 +81,7 @@ pub enum LinkThreadError {
 #[derive(Debug)]
 pub struct LinkThread {
     session: SessionHandle,
-    hands: Sender<Interaction>,
+    hands: Hands,
     thread: Option<JoinHandle<Result<(), LinkThreadError>>>,
 }
 
@@ -73,18 +95,26 @@ impl LinkThread {
         options: impl FnOnce() -> Options + Send + 'static,
     ) -> Result<Self, LinkThreadError> {
         let (host, session) = ChannelHost::new();
-        let (hands, interactions) = channel();
+        let (bench, interactions) = channel();
+        let (server, touches) = channel();
+        let hands = if uri.is_simulated() {
+            // A thread that does not begin needs no hand.
+            let _ = bench.send(Touch::Lift.into());
+            Hands::Bench(bench)
+        } else {
+            Hands::Server(server)
+        };
         let mut thread = Self {
             session,
             hands,
             thread: None,
         };
-        thread.apply_hand(Hand::Lift);
         let served = std::thread::Builder::new()
             .name("link".into())
             .spawn(move || {
                 let mut options = options();
                 options.interactions = Some(interactions);
+                options.link.touches = Some(touches);
                 let (_, result) = drive(&uri, options, host);
                 Ok(result?)
             })
@@ -101,17 +131,17 @@ impl LinkThread {
 
     /// Applies a hand to the simulated arm; without effect on a real one.
     pub fn apply_hand(&self, hand: Hand) {
-        let interaction = match hand {
-            Hand::Lift => Interaction::Lift,
-            Hand::Push(joint) => Interaction::Push(Push {
-                joint,
-                torque_nm: PUSH_NM,
-                // At once.
-                start_ns: 0,
-                duration_ns: PUSH_NS,
-            }),
+        let touch = Touch::from(hand);
+        // A link that has ended is noticed by `is_over`.
+        let _ = match &self.hands {
+            Hands::Bench(bench) => bench.send(touch.into()).is_ok(),
+            Hands::Server(server) => server.send(touch).is_ok(),
         };
-        let _ = self.hands.send(interaction);
+    }
+
+    /// Who commands, on a link that is served to several programs.
+    pub fn role(&self) -> Option<LinkRole> {
+        self.session.status().role
     }
 
     /// Whether the link is no longer served.

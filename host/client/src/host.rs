@@ -6,6 +6,8 @@
 
 use std::convert::Infallible;
 
+use armbridge_shared::link::server::LinkRole;
+
 /// The host's end of a control link.
 pub trait Host {
     /// Error that ends the run.
@@ -35,6 +37,9 @@ pub trait Host {
     fn emergency_stop(&mut self, _now_us: u64) -> bool {
         false
     }
+
+    /// The server of the link announces the host's role; other links have no server.
+    fn link_role(&mut self, _role: LinkRole) {}
 
     /// Notifies the host that the connection broke; later bytes belong to another one.
     fn disconnected(&mut self, _now_us: u64) {}

@@ -7,6 +7,7 @@ use armbridge_shared::link::message::{
     Trip,
 };
 use armbridge_shared::link::schema;
+use armbridge_shared::link::server::LinkRole;
 use armbridge_shared::servo::Firmware;
 
 use crate::error::{end_in_words, likely_cause};
@@ -79,6 +80,8 @@ pub struct BoardStatus {
     pub temperature: [Option<u16>; JOINTS],
     /// Result of the last experiment, until another command drives the arm.
     pub concluded: Option<Conclusion>,
+    /// Who commands, on a link that is served to several programs.
+    pub role: Option<LinkRole>,
     /// Packets on the transparent port.
     pub port: PortCounters,
     /// A client of the transparent port has the bus.
@@ -100,6 +103,11 @@ impl BoardStatus {
             hello: self.hello,
             ..Self::default()
         };
+    }
+
+    /// Whether another program commands, or none, but not this one.
+    pub fn is_observer(&self) -> bool {
+        self.role.is_some_and(|role| !role.is_commander)
     }
 
     /// Updates the status with a message.

@@ -1,5 +1,7 @@
 //! Taps: listeners to the raw bytes of a link, such as recorders and dashboards.
 
+use armbridge_shared::link::server::LinkRole;
+
 use crate::Host;
 use crate::event::Direction;
 
@@ -55,6 +57,10 @@ impl<H: Host> Host for Tapped<H> {
 
     fn is_done(&self) -> bool {
         self.host.is_done()
+    }
+
+    fn link_role(&mut self, role: LinkRole) {
+        self.host.link_role(role);
     }
 
     fn disconnected(&mut self, now_us: u64) {

@@ -1,5 +1,6 @@
 //! Bench: servos on a wire that move an arm.
 
+use armbridge_shared::JOINTS;
 use armbridge_shared::arm::State;
 use armbridge_shared::bridge::SERVO_IDS;
 
@@ -255,10 +256,21 @@ impl Bench {
         self.joints.arm.push(push);
     }
 
-    /// Returns the arm to its initial position, and holds it until a motor drives
-    /// it.
+    /// Moves the arm by hand, see [`Plant::move_by_hand`].
+    pub fn move_by_hand(&mut self, to_rad: [f64; JOINTS], duration_us: u64) {
+        self.joints
+            .arm
+            .move_by_hand(to_rad, duration_us.saturating_mul(1_000));
+    }
+
+    /// Moves the arm by hand to its initial angles, see [`Plant::lift`].
     pub fn lift(&mut self) {
         self.joints.arm.lift();
+    }
+
+    /// Lets go of the arm.
+    pub fn release(&mut self) {
+        self.joints.arm.release();
     }
 
     /// True angles and speeds at `at_us`, which is not before the time of the last

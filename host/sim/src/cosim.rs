@@ -8,7 +8,9 @@ use std::fmt;
 use std::sync::mpsc::Receiver;
 
 use armbridge_client::Host;
+use armbridge_shared::JOINTS;
 use armbridge_shared::bridge::gateway::ClientLine;
+use armbridge_shared::link::server::Touch;
 
 use crate::Bench;
 use crate::board::{Board, Input, Output, Wake};
@@ -17,11 +19,47 @@ use crate::plant::Push;
 /// User interaction with the simulated arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Interaction {
-    /// Returns it to its initial position and holds it until a motor drives it, see
-    /// [`Bench::lift`].
-    Lift,
     /// Pushes it, see [`Bench::push`].
     Push(Push),
+    /// Moves it by hand to these angles in this time, see [`Bench::move_by_hand`].
+    Move {
+        /// In rad.
+        to_rad: [f64; JOINTS],
+        /// In µs.
+        duration_us: u64,
+    },
+    /// Moves it by hand to its initial angles, see [`Bench::lift`].
+    Lift,
+    /// Lets go of it.
+    Release,
+}
+
+impl From<Touch> for Interaction {
+    /// Now.
+    fn from(touch: Touch) -> Self {
+        match touch {
+            Touch::Push {
+                joint,
+                torque_nm,
+                duration_us,
+            } => Self::Push(Push {
+                joint: usize::from(joint),
+                torque_nm: f64::from(torque_nm),
+                // A start that has passed is now.
+                start_ns: 0,
+                duration_ns: u64::from(duration_us) * 1_000,
+            }),
+            Touch::Move {
+                angle_rad,
+                duration_us,
+            } => Self::Move {
+                to_rad: angle_rad.map(f64::from),
+                duration_us: u64::from(duration_us),
+            },
+            Touch::Lift => Self::Lift,
+            Touch::Release => Self::Release,
+        }
+    }
 }
 
 /// Client of the board's transparent port.
@@ -141,7 +179,7 @@ impl<B: Board, H: Host> Cosim<B, H> {
 
     /// The same, with interactions, each executed at once.
     #[must_use]
-    pub(crate) fn with_interactions(self, interactions: Receiver<Interaction>) -> Self {
+    pub fn with_interactions(self, interactions: Receiver<Interaction>) -> Self {
         Self {
             interactions: Some(interactions),
             ..self
@@ -196,8 +234,13 @@ impl<B: Board, H: Host> Cosim<B, H> {
 
         for interaction in interactions.iter().flat_map(Receiver::try_iter) {
             match interaction {
-                Interaction::Lift => bench.lift(),
                 Interaction::Push(push) => bench.push(push),
+                Interaction::Move {
+                    to_rad,
+                    duration_us,
+                } => bench.move_by_hand(to_rad, duration_us),
+                Interaction::Lift => bench.lift(),
+                Interaction::Release => bench.release(),
             }
         }
         let from_host = host.transmit(now_us).map_err(CosimError::Host)?;

@@ -7,7 +7,8 @@
 //!
 //! # Hosts
 //!
-//! On a socket one host commands, any number may watch, and each may stop: see `peers`.
+//! On a socket one host commands, any number may watch, and each may stop: see `peers`. Each
+//! may touch the simulated arm: see `touching`.
 //! A terminal has one host: a program of this project opens it exclusively.
 //!
 //! # A host that does not read
@@ -19,9 +20,11 @@
 mod latest;
 mod outbox;
 mod peers;
+mod touching;
 
 use std::io;
 use std::net::TcpListener;
+use std::sync::mpsc::Receiver;
 #[cfg(unix)]
 use std::time::Duration;
 
@@ -31,6 +34,7 @@ use armbridge_client::endpoint::{Exposure, OpenError};
 use armbridge_client::pty::{Pty, Ready};
 use armbridge_client::transport::LinkUri;
 
+use crate::cosim::Interaction;
 use crate::nonblocking;
 use crate::pacer::Pacer;
 use outbox::Outbox;
@@ -94,6 +98,16 @@ impl LinkServer {
         Ok(Self::with_port(Port::Socket(Box::new(Peers::new(
             listener,
         )?))))
+    }
+
+    /// Lets programs on a socket touch the simulated arm of the [`Cosim`](crate::cosim::Cosim)
+    /// that takes these interactions. A terminal has none.
+    pub fn interactions(&mut self) -> Option<Receiver<Interaction>> {
+        match &mut self.port {
+            Port::Socket(peers) => Some(peers.touching.connect()),
+            #[cfg(unix)]
+            Port::Terminal { .. } => None,
+        }
     }
 
     /// Opens a server on the port of this name; also returns the name for programs that

@@ -11,6 +11,7 @@
 //! |-------------------|-----------------------------------------------------|
 //! | PWM to torque     | equation (5), 1000 = off, gain and offset errors, dead zone, delay, limit |
 //! | pushes            | an external torque on a joint, for a time            |
+//! | hands             | an imposed motion, then a hold, until a motor drives the arm |
 //! | torque to motion  | equation (1), exact Coriolis, viscous and dry friction, stops |
 //! | motion to counts  | calibration, Gaussian noise, rounding, 0..=1023      |
 //!
@@ -20,6 +21,7 @@ pub mod body;
 mod config;
 mod draw;
 mod file;
+mod hand;
 
 pub use body::{Body, Friction, Impact};
 pub use config::PlantConfig;
@@ -30,6 +32,7 @@ use std::collections::VecDeque;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::arm::State;
+use hand::Hand;
 use nalgebra::Vector2;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg32;
@@ -39,6 +42,8 @@ use serde::Serialize;
 const OFF: u16 = Pwm::OFF.counts();
 /// Counts from that which a stop sequence sends for a moment.
 const STOP_COUNTS: u16 = 1;
+/// Duration of a lift.
+const LIFT_NS: u64 = 1_000_000_000;
 /// Largest count of an AX-12A's encoder.
 const LARGEST_COUNT: f64 = 1023.0;
 
@@ -48,7 +53,8 @@ pub struct Plant {
     config: PlantConfig,
     body: Body,
     now_ns: u64,
-    held: bool,
+    /// Guides the arm, or holds it.
+    hand: Option<Hand>,
     motor_nm: Vector2<f64>,
     /// PWM of each servo, after its delay.
     pwm: [u16; JOINTS],
@@ -121,7 +127,7 @@ impl Plant {
             body: initial_body(&config),
             config,
             now_ns: 0,
-            held: config.held,
+            hand: config.held.then(|| Hand::holding(config.initial.q)),
             motor_nm: Vector2::from_fn(|servo, _| config.torque(servo, OFF)),
             pwm: [OFF; JOINTS],
             motor_faults: [MotorFault::NONE; JOINTS],
@@ -201,13 +207,36 @@ impl Plant {
         self.config.true_arm().energy(&posture)
     }
 
-    /// Returns the arm to its initial position, and holds it until a motor drives it.
+    /// Moves the arm by hand to these angles, and holds it there until a motor drives it or it
+    /// is [released](Self::release). Angles beyond a stop end at it.
+    pub fn move_by_hand(&mut self, to_rad: [f64; JOINTS], duration_ns: u64) {
+        let from = self.state();
+        self.hand = Some(Hand::moving(self.now_ns, from, to_rad.into(), duration_ns));
+        self.follow_hand(self.now_ns);
+    }
+
+    /// Moves the arm by hand to its initial angles, and holds it there.
     pub fn lift(&mut self) {
-        self.body = initial_body(&self.config);
-        self.body.hold(self.now_ns);
-        self.body
-            .set_torque(self.now_ns, self.motor_nm + self.push_nm);
-        self.held = true;
+        self.move_by_hand(self.config.initial.q.into(), LIFT_NS);
+    }
+
+    /// Lets go of the arm.
+    pub fn release(&mut self) {
+        self.hand = None;
+    }
+
+    /// Advances the body as the hand moves it; false if there is no hand.
+    fn follow_hand(&mut self, to_ns: u64) -> bool {
+        let Some(hand) = self.hand else {
+            return false;
+        };
+        let state = hand.state(to_ns);
+        if hand.is_still(to_ns) && self.body.rests_at(&state) {
+            self.body.hold(to_ns);
+        } else {
+            self.body.guide(to_ns, state);
+        }
+        true
     }
 
     /// Reads a servo's encoder at `at_ns`, in counts.
@@ -235,9 +264,7 @@ impl Plant {
             self.due.pop_front();
             self.apply(change);
         }
-        if self.held {
-            self.body.hold(self.now_ns);
-        } else {
+        if !self.follow_hand(self.now_ns) {
             self.body.advance(self.now_ns);
         }
     }
@@ -264,12 +291,10 @@ impl Plant {
     }
 
     fn apply(&mut self, Change { at_ns, kind }: Change) {
-        if self.held {
-            self.body.hold(at_ns);
-        }
+        self.follow_hand(at_ns);
         match kind {
             ChangeKind::Pwm { servo, pwm } => {
-                self.held &= pwm.abs_diff(OFF) <= STOP_COUNTS;
+                self.hand = self.hand.filter(|_| pwm.abs_diff(OFF) <= STOP_COUNTS);
                 self.pwm[servo] = pwm;
                 self.motor_nm[servo] = self.torque_of(servo);
             }

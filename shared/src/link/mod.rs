@@ -11,6 +11,7 @@
 //! | [`experiment`] | experiments, why one may not be, and how one ended    |
 //! | [`schema`]  | hash of the schema, compared by both sides               |
 //! | [`frame`]   | framing on the wire                                      |
+//! | [`server`]  | messages of a served link that no board sees             |
 
 pub mod board;
 pub mod experiment;
@@ -20,4 +21,5 @@ pub mod message;
 pub mod mode;
 pub mod motion;
 pub mod schema;
+pub mod server;
 mod setup;

@@ -5,10 +5,10 @@ use std::net::TcpStream;
 use std::time::Duration;
 
 use armbridge_client::session::{BoardMessage, CommandLink, Request};
-use armbridge_client::transport::WATCHING;
-use armbridge_shared::link::frame::Encoder;
+use armbridge_shared::link::frame::{Decoder, Encoder};
 use armbridge_shared::link::message::{Command, Fault, Mode, Refusal, StopSource, ToBoard, ToHost};
 use armbridge_shared::link::schema;
+use armbridge_shared::link::server::{FromServer, LinkRole, Program, ToServer, Touch};
 use armbridge_tests::channel_host::Manned;
 use armbridge_tests::served_board::{Served, until};
 
@@ -40,7 +40,9 @@ struct ByHand {
     stream: TcpStream,
     link: CommandLink,
     now_us: u64,
-    is_watching: bool,
+    /// Of messages of the server.
+    notices: Decoder,
+    role: Option<LinkRole>,
 }
 
 impl ByHand {
@@ -49,8 +51,25 @@ impl ByHand {
             stream: connect(board),
             link: CommandLink::default(),
             now_us: 0,
-            is_watching: false,
+            notices: Decoder::default(),
+            role: None,
         }
+    }
+
+    /// The same, of a program that has announced itself.
+    fn joined(board: &Served, name: &str, is_observer: bool) -> Self {
+        let mut host = Self::on(board);
+        let join = ToServer::Join {
+            is_observer,
+            program: Program::new(name, 7),
+        };
+        let frame = Encoder::default().encode(&join).1.to_vec();
+        host.stream.write_all(&frame).unwrap();
+        host
+    }
+
+    fn is_watching(&self) -> bool {
+        self.role.is_some_and(|role| !role.is_commander)
     }
 
     /// Sends what is due, and takes what has come.
@@ -61,8 +80,12 @@ impl ByHand {
         let mut chunk = vec![0; 65_536];
         let count = self.stream.read(&mut chunk).unwrap_or(0);
         let mut bytes = &chunk[..count];
-        if let Some(rest) = bytes.strip_prefix(WATCHING) {
-            (bytes, self.is_watching) = (rest, true);
+        for byte in bytes {
+            if let Some(Ok(received)) = self.notices.push::<FromServer>(*byte)
+                && let FromServer::Role(role) = received.message
+            {
+                self.role = Some(role);
+            }
         }
         std::iter::from_fn(|| self.link.receive(&mut bytes)).collect()
     }
@@ -83,7 +106,7 @@ fn others_watch_and_only_one_commands() {
         told.push(*message);
         matches!(message, BoardMessage::Other(ToHost::Record(record)) if record.mode.is_armed())
     });
-    assert!(second.is_watching);
+    assert!(second.is_watching());
     // As the board itself answers a hello.
     let is_told = |is_it: fn(&BoardMessage) -> bool| told.iter().any(is_it);
     assert!(is_told(|message| matches!(message, BoardMessage::Hello(_))));
@@ -122,7 +145,55 @@ fn others_watch_and_only_one_commands() {
     });
     third.link.command(Command::Idle);
     third.until("done", |message| *message == BoardMessage::Done);
-    assert!(!third.is_watching);
+    assert!(!third.is_watching());
+}
+
+#[test]
+fn an_observer_never_commands_and_knows_who_does() {
+    let board = Served::on(TCP);
+    let mut observer = ByHand::joined(&board, "observer", true);
+    // Its hello opens no session of its own, but it sees the idle board.
+    observer.until("a record", |message| {
+        matches!(message, BoardMessage::Other(ToHost::Record(record)) if record.mode == Mode::Idle)
+    });
+    let uncommanded = LinkRole {
+        is_commander: false,
+        commander: None,
+        is_touchable: true,
+    };
+    assert_eq!(observer.role, Some(uncommanded));
+    observer.link.command(Command::Arm { session: 1 });
+    observer.until("a refusal", |message| {
+        *message == BoardMessage::Refused(Refusal::OtherSession)
+    });
+    let mut commander = ByHand::joined(&board, "commander", false);
+    commander.until("greeted", |message| {
+        matches!(message, BoardMessage::Hello(_))
+    });
+    let named = Some(Program::new("commander", 7));
+    until("both know", || {
+        let _ = (observer.messages(), commander.messages());
+        [&observer, &commander].map(|host| host.role.unwrap().commander) == [named; 2]
+    });
+    assert!(!commander.is_watching() && observer.is_watching());
+    // What is for the server does not reach the board, also from the commander.
+    commander.link.command(Command::Idle);
+    let touch = ToServer::Touch(Touch::Lift);
+    let frame = Encoder::default().encode(&touch).1.to_vec();
+    for _ in 0..200 {
+        commander.stream.write_all(&frame).unwrap();
+    }
+    commander.until("done", |message| *message == BoardMessage::Done);
+    let goodbye = commander.link.goodbye().to_vec();
+    commander.stream.write_all(&goodbye).unwrap();
+    observer.until("records go on", |message| {
+        matches!(message, BoardMessage::Other(ToHost::Record(_)))
+    });
+    until("nobody commands", || {
+        observer.messages();
+        observer.role == Some(uncommanded)
+    });
+    assert_eq!(board.seen().mode, Mode::Idle);
 }
 
 #[test]

@@ -21,6 +21,8 @@ pub use error::TaskError;
 
 use armbridge_client::Host;
 use armbridge_client::session::{Request, Session};
+use armbridge_client::transport::Intent;
+use armbridge_shared::link::server::LinkRole;
 
 /// Longest that a task waits for its time, in µs.
 const LOOK_US: u64 = 10_000;
@@ -45,6 +47,11 @@ pub trait Task {
 
     /// The connection broke; it may come back, disarmed.
     fn disconnected(&mut self, _now_us: u64) {}
+
+    /// Whether it needs to command the board.
+    fn intent(&self) -> Intent {
+        Intent::Command
+    }
 }
 
 /// A host with one task.
@@ -102,6 +109,10 @@ impl<T: Task> Host for TaskHost<T> {
     fn emergency_stop(&mut self, now_us: u64) -> bool {
         self.session.request(now_us, Request::Stop);
         true
+    }
+
+    fn link_role(&mut self, role: LinkRole) {
+        self.session.set_role(role);
     }
 
     fn disconnected(&mut self, now_us: u64) {

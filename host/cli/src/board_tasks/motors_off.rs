@@ -2,6 +2,7 @@
 
 use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US, Session};
 use armbridge_client::status::BoardStatus;
+use armbridge_client::transport::Intent;
 use armbridge_shared::link::message::{Command, Mode, Refusal};
 
 use super::{Task, TaskError, View};
@@ -118,6 +119,14 @@ impl Task for MotorsOff {
             return Err(self.goal.timed_out(session.status()));
         }
         Ok(())
+    }
+
+    fn intent(&self) -> Intent {
+        match self.goal {
+            Goal::Disarm | Goal::Clear => Intent::Command,
+            // Any program may stop.
+            Goal::Stop => Intent::CommandOrObserve,
+        }
     }
 
     fn disconnected(&mut self, _now_us: u64) {

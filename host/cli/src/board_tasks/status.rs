@@ -1,6 +1,7 @@
 //! Status of board and link: a second of frames, and round trips.
 
 use armbridge_client::session::Request;
+use armbridge_client::transport::Intent;
 use armbridge_shared::link::message::{Command, Mode};
 
 use super::{Task, TaskError, View};
@@ -72,6 +73,10 @@ impl Task for Status {
             session.request(now_us, Request::Command(Command::Idle));
         }
         Ok(())
+    }
+
+    fn intent(&self) -> Intent {
+        Intent::CommandOrObserve
     }
 
     fn disconnected(&mut self, _now_us: u64) {

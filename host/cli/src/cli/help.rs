@@ -22,7 +22,10 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ("Servos", &["scan", "servo"]),
     ("Set up", &["design", "identify", "config"]),
     ("Logs", &["info", "plot", "export", "diff", "replay"]),
-    ("Simulation", &["bench", "fault-campaign", "paper", "serve"]),
+    (
+        "Simulation",
+        &["serve", "push", "hand", "bench", "fault-campaign", "paper"],
+    ),
     ("Shell", &["completions", "man", "help"]),
 ];
 

@@ -6,6 +6,7 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use armbridge::board_tasks::TaskError;
 use armbridge::board_tasks::calibrate::{Calibrate, CalibrationOptions, Guide};
+use armbridge::config::Config;
 use armbridge_log::text_table;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
@@ -25,7 +26,15 @@ Examples:
 
 The motors are off while the arm is moved by hand. Nothing is changed before you
 confirm; then zero and direction of each joint are set and saved on the board, and all
-its other settings stay. In a script, each line of the input is one answer.";
+its other settings stay. In a script, each line of the input is one answer. To practise,
+calibrate the simulated arm of `armbridge serve board`, and turn it by `armbridge hand`.";
+
+/// How a simulated arm is turned.
+const PRACTICE: &str = "\
+note: this simulated arm cannot be turned by hand from here. To practise, use terminals:
+  1  armbridge serve board --listen tcp://127.0.0.1:7001
+  2  armbridge calibrate --link tcp://127.0.0.1:7001
+  3  armbridge hand 0,0 --link tcp://127.0.0.1:7001       as the second one asks";
 
 /// Find zero and sign of each joint.
 #[derive(Args, Debug)]
@@ -52,6 +61,12 @@ impl CalibrateArgs {
 }
 
 pub(crate) fn run(args: &CalibrateArgs) -> Outcome {
+    if Config::discover()?
+        .link(args.task.link.link.as_ref())?
+        .is_simulated()
+    {
+        eprintln!("{PRACTICE}");
+    }
     let options = CalibrationOptions {
         joints: args.joints(),
         checks_motors: args.check_motor,

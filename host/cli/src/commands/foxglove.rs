@@ -83,7 +83,12 @@ pub(crate) fn run(args: &FoxgloveArgs) -> Outcome {
     // First, so that a port in use is found before anything begins.
     let at = (args.host, args.port).into();
     let mut server = Server::start(at, args.expose.into(), args.allow_arm, access)?;
-    let opened = OpenedLink::begin(&args.session, "foxglove", false)?;
+    let opened = OpenedLink::begin(
+        &args.session,
+        "foxglove",
+        false,
+        armbridge_client::transport::Intent::CommandOrObserve,
+    )?;
     // A parent process reads the address here.
     println!("{}", server.url());
     std::io::stdout().flush()?;

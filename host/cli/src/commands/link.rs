@@ -3,6 +3,7 @@
 use armbridge::config::Config;
 use armbridge_client::Host;
 use armbridge_client::ctrl_c;
+use armbridge_client::transport::Intent;
 use armbridge_sim::Bench;
 use armbridge_sim::link::{BoardUri, Options, drive};
 use armbridge_sim::plant::{Plant, PlantConfig};
@@ -23,12 +24,18 @@ pub(crate) fn options(args: &LinkArgs, config: &Config) -> Result<(BoardUri, Opt
 }
 
 /// Runs a host on the link until it is done, or ctrl-c is pressed.
-pub(crate) fn run_host<H>(args: &LinkArgs, config: &Config, host: H) -> Result<H, Error>
+pub(crate) fn run_host<H>(
+    args: &LinkArgs,
+    config: &Config,
+    intent: Intent,
+    host: H,
+) -> Result<H, Error>
 where
     H: Host,
     H::Error: std::error::Error + 'static,
 {
-    let (link, options) = options(args, config)?;
+    let (link, mut options) = options(args, config)?;
+    options.link.intent = intent;
     ctrl_c::listen()?;
     let (host, result) = drive(&link, options, host);
     result.map_err(|error| format!("{link}: {error}"))?;

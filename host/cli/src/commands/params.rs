@@ -10,6 +10,7 @@ use armbridge_client::params;
 use armbridge_client::params::settings_exchange::Exchange;
 use armbridge_client::params::{Parameter, to_text};
 use armbridge_client::toml_file::Document;
+use armbridge_client::transport::Intent;
 use armbridge_log::text_table;
 use armbridge_shared::link::message::Settings;
 use clap::Args;
@@ -118,6 +119,7 @@ fn show(args: &ParamsArgs) -> Outcome {
     let host = link::run_host(
         &args.link,
         &Config::discover()?,
+        Intent::CommandOrObserve,
         Exchange::new(|_| Vec::new()),
     )?;
     let Some(settings) = host.exchanged.before else {

@@ -8,6 +8,7 @@ use armbridge_client::params;
 use armbridge_client::params::settings_exchange::{Exchange, Exchanged, commands};
 use armbridge_client::params::to_text;
 use armbridge_client::refusal_text;
+use armbridge_client::transport::Intent;
 use armbridge_log::text_table;
 use armbridge_shared::link::message::{Command, Settings};
 use serde_json::json;
@@ -74,7 +75,12 @@ impl Sent {
             decided = Some(after);
             orders
         };
-        let host = link::run_host(link, &Config::discover()?, Exchange::new(decide))?;
+        let host = link::run_host(
+            link,
+            &Config::discover()?,
+            Intent::Command,
+            Exchange::new(decide),
+        )?;
         let exchanged = host.exchanged;
         let (Some(before), Some(after)) = (exchanged.before, decided) else {
             return Err("the board did not report its settings; nothing was changed".into());

@@ -117,6 +117,16 @@ fn as_text(report: &Report) -> String {
              board refuses that: take one kind off, or give all servos the same firmware.\n",
         );
     }
+    if report
+        .found
+        .iter()
+        .any(|found| found.firmware == Firmware::Morpheus)
+    {
+        text.push_str(
+            "Morpheus servos answer Morpheus packets only: the vendor's SDK, which speaks Protocol\n\
+             1.0, finds stock servos alone.\n",
+        );
+    }
     if report.found.is_empty() && report.troubles.is_empty() {
         let silence = Diagnosis::silence(report.echoes);
         text = text

@@ -23,6 +23,10 @@ Examples:
   armbridge serve servos --listen tcp://127.0.0.1:7000
   armbridge scan --port tcp://127.0.0.1:7000
 
+The arm of a board that is served on tcp:// can be pushed and moved by hand:
+  armbridge push --link tcp://127.0.0.1:7001
+  armbridge hand 0.3,-0.2 --link tcp://127.0.0.1:7001
+
 Simulated time keeps pace with the wall clock. Ctrl-C ends the server.";
 
 /// A server.
@@ -89,11 +93,29 @@ fn board(args: &BoardArgs) -> Outcome {
     options.client = transparent_port::open(args.transparent.as_ref(), args.expose.into())?;
     match &args.listen {
         Some(at) => {
-            let (host, at) = LinkServer::offer(at, args.expose.into())?;
+            let (mut host, at) = LinkServer::offer(at, args.expose.into())?;
             eprintln!("control link on {at}; end with ctrl-c");
+            if link.has_bench() {
+                options.interactions = host.interactions();
+            }
+            if options.interactions.is_some() && !args.quiet {
+                eprint!("{}", touching(&at));
+            }
             drive(&link, options, host).1?;
         }
         None => drive(&link, options, NoHost).1?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Commands that use the served board and its arm.
+fn touching(at: &LinkUri) -> String {
+    let lines = [
+        ("watch", "steer it; --observe looks on"),
+        ("push", "push the simulated arm"),
+        ("hand 0,0", "move the arm by hand, and hold it"),
+    ];
+    lines
+        .map(|(command, effect)| format!("  armbridge {command:<8} --link {at}   {effect}\n"))
+        .concat()
 }

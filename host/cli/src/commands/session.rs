@@ -8,7 +8,7 @@ use armbridge::config::Config;
 use armbridge::link_thread::LinkThread;
 use armbridge_client::ctrl_c;
 use armbridge_client::event_queue::EventQueue;
-use armbridge_client::transport::LinkOptions;
+use armbridge_client::transport::{Intent, LinkOptions};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::link::message::Settings;
@@ -36,9 +36,21 @@ pub(crate) struct OpenedLink {
 
 impl OpenedLink {
     /// Opens it. `name` is the command's; a quiet link prints nothing on standard error.
-    pub(crate) fn begin(args: &SessionArgs, name: &str, is_quiet: bool) -> Result<Self, Error> {
+    pub(crate) fn begin(
+        args: &SessionArgs,
+        name: &str,
+        is_quiet: bool,
+        intent: Intent,
+    ) -> Result<Self, Error> {
         ctrl_c::listen()?;
         let link = Config::discover()?.link(args.link.link.as_ref())?;
+        if link.is_simulated() && intent == Intent::Observe {
+            return Err(format!(
+                "{link} is simulated in this program alone: to observe, give the --link of \
+                 `armbridge serve board`"
+            )
+            .into());
+        }
         let (is_simulated, title) = match &link {
             BoardUri::Sim => (true, "sim: (simulated board and arm)".to_owned()),
             BoardUri::Emulate(_) => (true, format!("{link} (emulated board)")),
@@ -60,7 +72,9 @@ impl OpenedLink {
             options.link = LinkOptions {
                 patience: PATIENCE,
                 is_quiet,
+                intent,
                 taps,
+                ..LinkOptions::default()
             };
             options
         })?;

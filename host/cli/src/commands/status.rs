@@ -12,6 +12,7 @@ use armbridge_client::status::FoundServos;
 use armbridge_log::text_table;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{BoardReport, End, SettingsFrom, SettingsGroups};
+use armbridge_shared::link::server::LinkRole;
 use armbridge_shared::servo::Firmware;
 use armbridge_sim::link::{BoardUri, Pace};
 use serde_json::{Value, json};
@@ -25,7 +26,8 @@ Examples:
   armbridge status --link serial:         of the board that is plugged in
   armbridge status --link tcp://127.0.0.1:7001 --json
 
-A hello disarms the board, as a link has one host. If another program has the link, the
+A hello disarms the board, as a link has one host. Of a served board that another program
+commands, the status is what that program receives. If another program has the link alone, the
 command reports that and does nothing.";
 
 pub(crate) fn run(args: &TaskArgs) -> Outcome {
@@ -55,6 +57,9 @@ fn as_text(uri: &BoardUri, host: &TaskHost<Status>) -> String {
     rows.extend(
         (0..JOINTS).map(|joint| [format!("joint {}", joint + 1), joint_in_words(host, joint)]),
     );
+    if let Some(role) = host.session.status().role {
+        rows.push(["commanded by".into(), commander(role)]);
+    }
     rows.push(["link health".into(), health(host)]);
     rows.push(["round trip".into(), round_trip(host)]);
     let rows: Vec<Vec<String>> = rows.into_iter().map(Vec::from).collect();
@@ -140,6 +145,15 @@ fn image(report: &BoardReport) -> String {
         || "none in flash: the program is not run from there".into(),
         |crc| format!("CRC-32 {crc:08x}"),
     )
+}
+
+/// Who commands a served board.
+fn commander(role: LinkRole) -> String {
+    match role.commander {
+        _ if role.is_commander => "this program".into(),
+        Some(program) => program.to_string(),
+        None => "no program".into(),
+    }
 }
 
 fn servos(host: &TaskHost<Status>) -> String {
@@ -285,6 +299,7 @@ fn as_json(uri: &BoardUri, host: &TaskHost<Status>) -> Value {
         "cause": status.trip.map(|tripped| fault_text::in_words(&tripped).cause),
         "advice": status.trip.map(|tripped| fault_text::in_words(&tripped).remedy),
         "joints": joints,
+        "commanded_by": status.role.map(commander),
         "frames_per_s": host.task.frames_per_s(),
         "lost": stats.lost,
         "damaged": stats.damaged,

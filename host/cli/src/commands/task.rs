@@ -30,6 +30,7 @@ pub(crate) fn go<T: Task>(
     let config = Config::discover()?;
     let (uri, mut options) = link::options(&args.link, &config)?;
     options.pace = pace;
+    options.link.intent = task.intent();
     let recorder = record(args, name, &uri, &mut options)?;
     ctrl_c::listen()?;
     let (host, result) = drive(&uri, options, TaskHost::new(task));

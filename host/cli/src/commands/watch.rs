@@ -4,6 +4,7 @@ use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use armbridge::watch::screen;
+use armbridge_client::transport::Intent;
 use clap::Args;
 
 use super::Outcome;
@@ -15,6 +16,7 @@ Examples:
   armbridge watch                                   the simulated arm; r arms and regulates
   armbridge watch --link serial:                    the board that is plugged in
   armbridge watch --link tcp://127.0.0.1:7001 --record run.mcap
+  armbridge watch --link tcp://127.0.0.1:7001 --observe      beside a program that commands
 
 Keys: space stops, d disarms, q quits and disarms first, ? shows all of them.";
 
@@ -23,6 +25,10 @@ Keys: space stops, d disarms, q quits and disarms first, ? shows all of them.";
 pub(crate) struct WatchArgs {
     #[command(flatten)]
     pub(crate) session: SessionArgs,
+    /// Only observe a served board, and never command it, also when no other program does.
+    /// Stop works all the same.
+    #[arg(long)]
+    pub(crate) observe: bool,
 }
 
 pub(crate) fn run(args: &WatchArgs) -> Outcome {
@@ -32,7 +38,12 @@ pub(crate) fn run(args: &WatchArgs) -> Outcome {
                 .into(),
         );
     }
-    let opened = OpenedLink::begin(&args.session, "watch", true)?;
+    let intent = if args.observe {
+        Intent::Observe
+    } else {
+        Intent::CommandOrObserve
+    };
+    let opened = OpenedLink::begin(&args.session, "watch", true, intent)?;
     let shown = screen::show(
         opened.session(),
         &opened.event_queue,

@@ -9,6 +9,7 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::link::limits::hard;
 use armbridge_shared::link::message::{Command, Drive, Mode};
 use armbridge_shared::link::motion::Motion;
+use armbridge_shared::link::server::LinkRole;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::model::{Line, Model};
@@ -72,16 +73,18 @@ pub struct Keys {
     /// Why a key did nothing, until the next.
     pub note: Option<&'static str>,
     /// Whether the arm is a simulated one, which keys can push and lift.
-    pub is_simulated: bool,
+    pub is_touchable: bool,
+    /// Who commands, on a link that is served to several programs.
+    pub role: Option<LinkRole>,
     /// The setpoint asked for last, and when.
     setpoint: Option<([f32; JOINTS], u64)>,
 }
 
 impl Keys {
-    /// Nothing pressed yet; `is_simulated` if there is no real arm.
-    pub fn new(is_simulated: bool) -> Self {
+    /// Nothing pressed yet.
+    pub fn new(is_touchable: bool) -> Self {
         Self {
-            is_simulated,
+            is_touchable,
             ..Self::default()
         }
     }
@@ -107,6 +110,18 @@ impl Keys {
         if std::mem::take(&mut self.is_helping) {
             return vec![];
         }
+        let is_command = matches!(
+            key.code,
+            KeyCode::Char('a' | 'c' | 'd' | 'r')
+                | KeyCode::Left
+                | KeyCode::Right
+                | KeyCode::Down
+                | KeyCode::Up
+        );
+        if is_command && self.is_observer() {
+            self.note = Some("this program observes, and does not command; space still stops");
+            return vec![];
+        }
         let act = match key.code {
             KeyCode::Char('q') => Some(Action::Quit),
             KeyCode::Char('?') => {
@@ -127,6 +142,11 @@ impl Keys {
             _ => None,
         };
         act.into_iter().collect()
+    }
+
+    /// Whether this program does not command.
+    pub fn is_observer(&self) -> bool {
+        self.role.is_some_and(|role| !role.is_commander)
     }
 
     fn ask(&mut self, question: Result<Question, &'static str>) -> Option<Action> {
@@ -189,10 +209,10 @@ impl Keys {
     }
 
     fn handle(&mut self, hand: Hand) -> Option<Action> {
-        if self.is_simulated {
+        if self.is_touchable {
             return Some(Action::Hand(hand));
         }
-        self.note = Some("a key can do that to a simulated arm only");
+        self.note = Some("only a simulated arm can be touched: sim:, or one served on tcp://");
         None
     }
 

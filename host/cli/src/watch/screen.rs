@@ -57,6 +57,8 @@ fn run(
         if let Some(now_ns) = event_queue.now_ns() {
             model.advance(now_ns);
         }
+        keys.role = session.role();
+        keys.is_touchable = is_simulated || keys.role.is_some_and(|role| role.is_touchable);
         terminal.draw(|frame| view::draw(frame, &model, &keys, link_name))?;
         while event::poll(FRAME.saturating_sub(begun.elapsed()))? {
             let TerminalEvent::Key(key) = event::read()? else {

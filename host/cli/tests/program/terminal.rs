@@ -11,10 +11,15 @@ use std::time::{Duration, Instant};
 
 use armbridge_client::event::EventKind;
 use armbridge_log::recording::Recording;
-use armbridge_shared::link::message::{Command, ToBoard, ToHost};
+use armbridge_shared::arm::State;
+use armbridge_shared::link::message::{Command, Mode, ToBoard, ToHost};
+use armbridge_sim::plant::PlantConfig;
+use armbridge_tests::served_board::{Served, until};
 use rustix::fs::OFlags;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{Winsize, tcgetattr, tcsetwinsize};
+
+use super::links::program as links;
 
 /// How long anything may take on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -32,6 +37,10 @@ struct Dashboard {
 
 impl Dashboard {
     fn start(options: &[&str]) -> Self {
+        Self::on("sim:", options)
+    }
+
+    fn on(link: &str, options: &[&str]) -> Self {
         let controller = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
         grantpt(&controller).unwrap();
         unlockpt(&controller).unwrap();
@@ -47,7 +56,7 @@ impl Dashboard {
         tcsetwinsize(&terminal, size).unwrap();
         let end = || terminal.try_clone().unwrap();
         let child = process::Command::new(env!("CARGO_BIN_EXE_armbridge"))
-            .args(["watch", "--link", "sim:"])
+            .args(["watch", "--link", link])
             .args(options)
             .env("TERM", "xterm")
             .stdin(end())
@@ -157,4 +166,83 @@ fn a_request_to_terminate_restores_the_terminal_too() {
             .success()
     );
     assert_eq!(dashboard.ended().code(), Some(0));
+}
+
+/// A board that is served at this address, also after another one.
+fn served(link: &str) -> Served {
+    Served::with_arm(
+        link,
+        &PlantConfig {
+            initial: State::at_rest([0.3, -0.25].into()),
+            ..PlantConfig::default()
+        },
+    )
+}
+
+#[test]
+fn an_observer_stays_one_when_it_is_first_and_after_a_restart() {
+    let board = served(links::TCP);
+    let link = board.link.clone();
+    let name = link.to_string();
+    let mut dashboard = Dashboard::on(&name, &["--observe"]);
+    dashboard.until("no program commands the board; space stops it");
+    dashboard.until("IDLE");
+    let arm = ["arm", "--for", "1"];
+    links::assert_ends(&links::run(&link, &arm), 0, "; disarmed");
+    dashboard.until("armbridge arm (process ");
+    // Its keys do not command.
+    dashboard.press("a");
+    dashboard.until("this program observes, and does not command");
+    drop(board);
+    dashboard.until("the connection broke");
+    let board = served(&name);
+    let shown = dashboard.drawn().matches("OBSERVING").count();
+    until("it is back", || {
+        dashboard.drawn().matches("OBSERVING").count() > shown
+    });
+    links::assert_ends(&links::run(&link, &arm), 0, "; disarmed");
+    assert_eq!(board.seen().mode, Mode::Idle);
+    dashboard.press(" ");
+    board.until("stopped", |seen| matches!(seen.mode, Mode::Fault(_)));
+    dashboard.press("q");
+    assert_eq!(dashboard.ended().code(), Some(0));
+}
+
+#[test]
+fn keys_touch_a_served_arm() {
+    let board = served(links::TCP);
+    let mut dashboard = Dashboard::on(&board.link.to_string(), &[]);
+    dashboard.until("COMMANDING");
+    dashboard.until("IDLE");
+    let released = links::run(&board.link, &["hand", "--release"]);
+    links::assert_ends(&released, 0, "lets go");
+    board.until("it has fallen", |seen| seen.angle_rad[0] > 0.8);
+    dashboard.press("l");
+    board.until("it is lifted", |seen| {
+        (seen.angle_rad[0] - 0.3).abs() < 1e-9 && (seen.angle_rad[1] + 0.25).abs() < 1e-9
+    });
+    dashboard.press("r");
+    dashboard.until("hold here");
+    dashboard.press("h");
+    board.until("it is held", |seen| seen.mode.drive().is_some());
+    std::thread::sleep(Duration::from_millis(500));
+    let before = board.seen().angle_rad[0];
+    dashboard.press("1");
+    board.until("it is pushed", |seen| seen.angle_rad[0] > before + 0.01);
+    dashboard.press("q");
+    assert_eq!(dashboard.ended().code(), Some(0));
+    board.until_off();
+}
+
+#[test]
+fn what_cannot_be_observed_is_refused() {
+    let refused = |link: &str, words: &str| {
+        let mut dashboard = Dashboard::on(link, &["--observe"]);
+        dashboard.until(words);
+        assert_eq!(dashboard.child.wait().unwrap().code(), Some(2));
+    };
+    refused("sim:", "in this program alone");
+    let silent = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let silent = format!("tcp://{}", silent.local_addr().unwrap());
+    refused(&silent, "cannot be observed");
 }

@@ -8,6 +8,7 @@
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
+use armbridge::link_thread::Hand;
 use armbridge::watch::keys::{Action, Keys, Question};
 use armbridge::watch::model::Model;
 use armbridge::watch::view;
@@ -17,6 +18,7 @@ use armbridge_client::session::{ChannelHost, Request, SessionHandle};
 use armbridge_shared::arm::State;
 use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
 use armbridge_shared::link::message::{Command, Drive, Mode, Record, ToHost};
+use armbridge_shared::link::server::{LinkRole, Program};
 use armbridge_sim::Bench;
 use armbridge_sim::link::{BoardUri, Options, drive};
 use armbridge_sim::plant::{Plant, PlantConfig, Push};
@@ -224,6 +226,46 @@ fn a_screen_that_is_too_small_says_so_and_still_tells_a_fault() {
     for size in [(1, 1), (2, 24), (200, 3)] {
         let _ = screen(&model, &Keys::default(), size);
     }
+}
+
+#[test]
+fn the_role_on_a_served_link_is_shown_and_an_observer_only_stops() {
+    let model = regulated(nudge(9 * S), 2 * S);
+    let commander = Some(Program::new("armbridge run", 4_242));
+    let role = |is_commander| LinkRole {
+        is_commander,
+        commander,
+        is_touchable: true,
+    };
+    let mut keys = Keys {
+        role: Some(role(true)),
+        is_touchable: true,
+        ..Keys::default()
+    };
+    let drawn = screen(&model, &keys, (80, 24));
+    assert!(drawn.contains("COMMANDING · link up"), "{drawn}");
+    keys.role = Some(role(false));
+    let drawn = screen(&model, &keys, (80, 24));
+    let by = "OBSERVING   armbridge run (process 4242) commands the board; space stops it";
+    assert!(
+        drawn.contains(by) && drawn.contains("OBSERVING · link up"),
+        "{drawn}"
+    );
+    for code in ['a', 'c', 'd', 'r'].map(KeyCode::Char) {
+        assert_eq!(press(&mut keys, code, &model), []);
+        assert!(keys.note.is_some_and(|note| note.contains("observes")) && keys.question.is_none());
+    }
+    assert_eq!(press(&mut keys, KeyCode::Up, &model), []);
+    assert_eq!(
+        letter(&mut keys, '2', &model),
+        [Action::Hand(Hand::Push(1))]
+    );
+    assert_eq!(
+        letter(&mut keys, ' ', &model),
+        [Action::Request(Request::Stop)]
+    );
+    keys.is_touchable = false;
+    assert_eq!(letter(&mut keys, '2', &model), []);
 }
 
 fn press(keys: &mut Keys, code: KeyCode, model: &Model) -> Vec<Action> {

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use armbridge_shared::link::message::{Command, Refusal, Settings};
+use armbridge_shared::link::server::LinkRole;
 
 use crate::Host;
 use crate::ctrl_c;
@@ -123,6 +124,10 @@ impl<D: FnOnce(&Settings) -> Vec<Command>> Host for Exchange<D> {
     }
 
     /// An unanswered command is sent again: settings are a state, not an event.
+    fn link_role(&mut self, role: LinkRole) {
+        self.session.set_role(role);
+    }
+
     fn disconnected(&mut self, now_us: u64) {
         self.session.disconnected();
         self.received_us = 0;

@@ -5,6 +5,8 @@ use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
+use armbridge_shared::link::server::LinkRole;
+
 use super::{Request, Session};
 use crate::error::SessionError;
 use crate::status::BoardStatus;
@@ -141,6 +143,11 @@ impl Host for ChannelHost {
     fn emergency_stop(&mut self, now_us: u64) -> bool {
         self.session.request(now_us, Request::Stop);
         true
+    }
+
+    fn link_role(&mut self, role: LinkRole) {
+        self.session.set_role(role);
+        self.share();
     }
 
     fn disconnected(&mut self, _now_us: u64) {

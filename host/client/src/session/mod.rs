@@ -29,6 +29,7 @@ pub use command_link::{BoardMessage, CommandLink, LinkStats};
 use std::collections::VecDeque;
 
 use armbridge_shared::link::message::{BoardReport, Command, Mode, Refusal, ToBoard, ToHost};
+use armbridge_shared::link::server::LinkRole;
 
 use crate::error::SessionError;
 use crate::status::BoardStatus;
@@ -162,7 +163,7 @@ impl Session {
         self.leaving = match self.status.mode() {
             // The client of the transparent port keeps the bus.
             Some(Mode::Passthrough) => Leaving::Gone,
-            _ if !self.link.is_greeted() => Leaving::Goodbye,
+            _ if !self.link.is_greeted() || self.status.is_observer() => Leaving::Goodbye,
             Some(_) | None => {
                 self.command(Command::Idle);
                 Leaving::Disarming(now_us + LEAVE_TIMEOUT_US)
@@ -349,6 +350,11 @@ impl Session {
         if let Leaving::Disarming(_) = self.leaving {
             self.leave(now_us);
         }
+    }
+
+    /// Takes this program's role on a served link.
+    pub fn set_role(&mut self, role: LinkRole) {
+        self.status.role = Some(role);
     }
 
     /// Drops requests and status after the connection broke.

@@ -11,9 +11,10 @@ use std::time::{Duration, Instant};
 use armbridge_shared::link::frame::Encoder;
 use armbridge_shared::link::message::ToBoard;
 use armbridge_shared::link::schema;
+use armbridge_shared::link::server::{FromServer, ToServer};
 
-use super::WATCHING;
 use super::clock::Clock;
+use super::link_filter::LinkFilter;
 use crate::Tap;
 use crate::event::Direction;
 use crate::servo_bus::Line;
@@ -28,19 +29,32 @@ pub(super) struct Connection<'a> {
     taps: &'a mut [Box<dyn Tap>],
     clock: &'a Clock,
     is_goodbye_owed: bool,
-    /// Nothing was received yet.
-    is_new: bool,
+    filter: LinkFilter,
+    /// Of messages to the link's server.
+    encoder: Encoder,
 }
 
 impl<'a> Connection<'a> {
-    pub(super) fn new(line: Box<dyn Line>, taps: &'a mut [Box<dyn Tap>], clock: &'a Clock) -> Self {
+    /// A connection of a host that commands, or only observes.
+    pub(super) fn new(
+        line: Box<dyn Line>,
+        taps: &'a mut [Box<dyn Tap>],
+        clock: &'a Clock,
+        is_observer: bool,
+    ) -> Self {
         Self {
             line,
             taps,
             clock,
-            is_goodbye_owed: true,
-            is_new: true,
+            is_goodbye_owed: !is_observer,
+            filter: LinkFilter::default(),
+            encoder: Encoder::default(),
         }
+    }
+
+    /// Sends a message to the link's server.
+    pub(super) fn send_to_server(&mut self, message: &ToServer) -> std::io::Result<()> {
+        self.line.send(self.encoder.encode(message).1)
     }
 
     /// Sends bytes, to the taps first.
@@ -55,19 +69,15 @@ impl<'a> Connection<'a> {
         self.line.send(bytes)
     }
 
-    /// Bytes received until then, which the taps receive first. Calls `on_watching` if they
-    /// begin with the message that another host commands.
+    /// Bytes received from the board until then, which the taps receive first. Calls
+    /// `on_server` with each message of the link's server.
     pub(super) fn receive(
         &mut self,
         until: Instant,
-        on_watching: impl FnOnce(),
+        on_server: impl FnMut(FromServer),
     ) -> std::io::Result<Vec<u8>> {
-        let mut bytes = self.line.receive(until)?;
-        let is_first = !bytes.is_empty() && std::mem::take(&mut self.is_new);
-        if is_first && bytes.starts_with(WATCHING) {
-            bytes.drain(..WATCHING.len());
-            on_watching();
-        }
+        let received = self.line.receive(until)?;
+        let bytes = self.filter.pass(&received, on_server);
         if !bytes.is_empty() {
             let now_ns = self.clock.now_ns();
             for tap in &mut *self.taps {
@@ -85,7 +95,7 @@ impl<'a> Connection<'a> {
 
     fn linger(&mut self) {
         let until = Instant::now() + LINGER;
-        while Instant::now() < until && self.receive(until, || {}).is_ok() {}
+        while Instant::now() < until && self.receive(until, |_| {}).is_ok() {}
     }
 }
 

@@ -3,6 +3,8 @@
 use std::io;
 use std::time::Duration;
 
+use armbridge_shared::link::server::Program;
+
 use super::LinkUri;
 use super::usb::UsbError;
 use super::usb_discovery::FindError;
@@ -47,6 +49,18 @@ pub enum TransportError {
     /// Ctrl-C before the pseudo-terminal was opened.
     #[error("ctrl-c was pressed before a program opened {0}")]
     Interrupted(String),
+    /// Another program commands a served link.
+    #[error(
+        "{0} commands this board: end that program first, or look on with `armbridge watch \
+         --observe`"
+    )]
+    Commanded(Program),
+    /// The link has one program at a time.
+    #[error(
+        "{0} cannot be observed, as its only program commands: observing needs a board that \
+         `armbridge serve board --listen tcp://HOST:PORT` serves"
+    )]
+    NotObservable(LinkUri),
     /// The stream broke.
     #[error("{}", cause(.0))]
     Broken(#[source] io::Error),

@@ -22,32 +22,40 @@
 //! | [`stop_socket`] | an emergency stop of a link that another process has (Unix) |
 //! | `wall_clock`   | a host on a byte stream, which is reopened when it breaks  |
 //! | `disconnect_guard` | sends a goodbye if the host does not                   |
+//! | `link_filter`  | takes messages of a link's server out of the stream         |
+//! | `role`         | who commands a served link, and whether this program may   |
+//! | `program`      | the name under which this program joins a served link      |
+//! | [`touch`](touch::touch) | a hand on the simulated arm behind a served link  |
 
 mod clock;
 mod disconnect_guard;
 mod failure;
+mod link_filter;
 mod open;
+mod program;
+mod role;
 #[cfg_attr(not(unix), path = "no_stop_socket.rs")]
 pub mod stop_socket;
 #[cfg(unix)]
 mod terminal;
+pub mod touch;
 pub mod uri;
 pub mod usb;
 pub mod usb_discovery;
 mod wall_clock;
 
 pub use failure::TransportError;
+pub use role::Intent;
 pub use uri::LinkUriError;
 
 use std::path::PathBuf;
+use std::sync::mpsc::Receiver;
 use std::time::Duration;
+
+use armbridge_shared::link::server::Touch;
 
 use crate::endpoint::Endpoint;
 use crate::{Host, Tap};
-
-/// First message to a host of a board that another one commands, as readable text. The zero
-/// ends it like a frame.
-pub const WATCHING: &[u8] = b"armbridge: another host commands this board\0";
 
 /// URI of a link.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -72,17 +80,23 @@ pub struct LinkOptions {
     pub patience: Duration,
     /// Listeners to its bytes.
     pub taps: Vec<Box<dyn Tap>>,
+    /// What the program wants of a link that has other programs.
+    pub intent: Intent,
+    /// Hands on the simulated arm behind a served link; without effect on others.
+    pub touches: Option<Receiver<Touch>>,
     /// Nothing is written to standard error when the link breaks or comes back: for
     /// a program that draws on the terminal and listens to [`Tap::disconnected`].
     pub is_quiet: bool,
 }
 
 impl Default for LinkOptions {
-    /// 10 s of patience, no listeners.
+    /// 10 s of patience, no listeners, to command.
     fn default() -> Self {
         Self {
             patience: PATIENCE,
             taps: Vec::new(),
+            intent: Intent::default(),
+            touches: None,
             is_quiet: false,
         }
     }

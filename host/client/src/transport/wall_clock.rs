@@ -10,14 +10,17 @@
 //! session, or by this driver.
 
 use std::io;
+use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 use armbridge_shared::link::frame::Encoder;
 use armbridge_shared::link::message::ToBoard;
+use armbridge_shared::link::server::{FromServer, LinkRole, ToServer};
 
 use super::clock::Clock;
 use super::disconnect_guard::Connection;
 use super::open::Opener;
+use super::role::RoleKeeper;
 use super::stop_socket::StopListener;
 use super::{LinkError, LinkOptions, LinkUri, TransportError};
 use crate::Host;
@@ -35,6 +38,8 @@ const RETRY_INTERVAL: Duration = Duration::from_millis(250);
 enum Ended<E> {
     /// The stream broke.
     Broken(io::Error),
+    /// The link cannot be used.
+    Unusable(TransportError),
     /// Error of our host.
     Host(E),
 }
@@ -53,6 +58,7 @@ pub(super) fn run<H: Host>(
 ) -> (H, Result<(), LinkError<H::Error>>) {
     let mut driver = LinkDriver {
         uri,
+        role: RoleKeeper::new(options.intent),
         options,
         clock: Clock::start(),
         outage: None,
@@ -62,8 +68,19 @@ pub(super) fn run<H: Host>(
     (host, result)
 }
 
+/// Who commands, for a program that does not.
+fn in_words(role: LinkRole, link: &LinkUri) -> String {
+    match role.commander {
+        Some(program) => format!(
+            "{program} commands the board at {link}; this program observes, and may stop it"
+        ),
+        None => format!("no program commands the board at {link}; this one observes"),
+    }
+}
+
 struct LinkDriver<'a> {
     uri: &'a LinkUri,
+    role: RoleKeeper,
     options: LinkOptions,
     clock: Clock,
     outage: Option<Outage>,
@@ -83,6 +100,7 @@ impl LinkDriver<'_> {
                 Ok(line) => match self.serve(line, opener.name(), host) {
                     Ok(()) => return Ok(()),
                     Err(Ended::Host(error)) => return Err(LinkError::Host(error)),
+                    Err(Ended::Unusable(error)) => return Err(LinkError::Link(error.into())),
                     // Also where a peer accepts and closes at once, repeatedly.
                     Err(Ended::Broken(error)) => {
                         let error = TransportError::Broken(error);
@@ -178,8 +196,13 @@ impl LinkDriver<'_> {
             outage,
             stops,
             uri,
+            role,
         } = self;
-        let mut connection = Connection::new(line, &mut options.taps, clock);
+        let join = role.join(uri).map_err(Ended::Unusable)?;
+        let mut connection = Connection::new(line, &mut options.taps, clock, role.is_observer());
+        if let Some(join) = join {
+            connection.send_to_server(&join).map_err(Ended::Broken)?;
+        }
         while !host.is_done() {
             if stops.as_mut().is_some_and(StopListener::is_stop_due)
                 && !host.emergency_stop(clock.now_us())
@@ -189,23 +212,36 @@ impl LinkDriver<'_> {
                 let stop = Encoder::default().encode(&ToBoard::Stop).1.to_vec();
                 connection.send(&stop).map_err(Ended::Broken)?;
             }
+            let touches = options.touches.iter().flat_map(Receiver::try_iter);
+            for touch in touches.filter(|_| role.role().is_some_and(|role| role.is_touchable)) {
+                let touch = ToServer::Touch(touch);
+                connection.send_to_server(&touch).map_err(Ended::Broken)?;
+            }
             let words = host.transmit(clock.now_us()).map_err(Ended::Host)?;
-            connection.send(words).map_err(Ended::Broken)?;
+            if role.may_send(uri).map_err(Ended::Unusable)? {
+                connection.send(words).map_err(Ended::Broken)?;
+            }
             if host.is_done() {
                 break;
             }
             let wait = clock.until(host.wake_at_us()).clamp(WAIT_MIN, WAIT_MAX);
             let until = Instant::now() + wait;
-            let on_watching = || {
-                if !options.is_quiet {
-                    eprintln!(
-                        "armbridge: another host commands the board at {uri}: this one watches, \
-                         and may stop it"
-                    );
-                }
+            let mut roles = Vec::new();
+            let on_server = |message| match message {
+                FromServer::Role(role) => roles.push(role),
+                // The arm shows it.
+                FromServer::Touched(_) => {}
             };
-            let received = connection.receive(until, on_watching);
+            let received = connection.receive(until, on_server);
             let bytes = received.map_err(Ended::Broken)?;
+            for latest in roles {
+                if role.take(latest).map_err(Ended::Unusable)? {
+                    host.link_role(latest);
+                    if !latest.is_commander && !options.is_quiet {
+                        eprintln!("armbridge: {}", in_words(latest, uri));
+                    }
+                }
+            }
             if bytes.is_empty() {
                 continue;
             }

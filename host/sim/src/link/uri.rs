@@ -157,6 +157,15 @@ impl BoardUri {
         }
     }
 
+    /// Whether servos and arm are those of the bench, in this process.
+    pub fn has_bench(&self) -> bool {
+        match self {
+            Self::Sim => true,
+            Self::Emulate(emulator) => emulator.bus.is_none(),
+            Self::Link(_) => false,
+        }
+    }
+
     /// World of code and arm, as text; a simulated one begins with `simulated`.
     pub fn world(&self) -> String {
         match self {

@@ -3,14 +3,19 @@
 //! | role      | to the board                        | from the board                        |
 //! |-----------|-------------------------------------|---------------------------------------|
 //! | newcomer  | `Stop`                              | nothing                               |
-//! | commander | every byte, garbage as well         | every byte                            |
+//! | commander | every frame, garbage as well        | every byte                            |
 //! | watcher   | `Stop`; a command is refused        | every message but the commander's own |
 //!
 //! A newcomer that begins with something else than a frame is closed at once: a page in a
 //! browser can send an HTTP request here, with frames in it.
 //!
 //! The first connection that says a valid hello commands; while it does, a hello makes a
-//! watcher. When the commander leaves or breaks, the next hello commands.
+//! watcher. When the commander leaves or breaks, the next hello commands, except of a program
+//! that has joined as an observer: it remains a watcher. A board without a session sends no
+//! records, so the server itself says hello to it for watchers without a commander.
+//!
+//! Messages to the server end here: see [`armbridge_shared::link::server`]. A program that has joined, and every watcher, learns who
+//! commands, now and whenever that changes.
 //!
 //! # Bounds
 //!
@@ -22,13 +27,14 @@
 use std::io;
 use std::net::{TcpListener, TcpStream};
 
-use armbridge_client::transport::WATCHING;
 use armbridge_shared::link::frame::{self, Decoder, Encoder, FrameError, Received};
 use armbridge_shared::link::message::{Refusal, ToBoard, ToHost};
 use armbridge_shared::link::schema;
+use armbridge_shared::link::server::{FromServer, LinkRole, Program, ToServer};
 
 use super::latest::Latest;
 use super::outbox::Outbox;
+use super::touching::Touching;
 use crate::nonblocking;
 
 /// Bytes taken from a connection in a poll, which is once in a millisecond: as many as USB
@@ -40,6 +46,15 @@ const SILENCE_US: u64 = 3_000_000;
 const PEERS_MAX: usize = 16;
 /// Connections accepted in a poll.
 const ACCEPTS_MAX: usize = 4;
+
+/// The message to the server in a frame, if it is one.
+fn to_server(frame: &[u8]) -> Option<ToServer> {
+    let mut decoder = Decoder::default();
+    let received = frame.iter().find_map(|byte| decoder.push(*byte))?;
+    received
+        .ok()
+        .map(|received: Received<ToServer>| received.message)
+}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Role {
@@ -55,11 +70,17 @@ enum Role {
 struct Peer {
     stream: TcpStream,
     role: Role,
+    /// As it has announced itself.
+    program: Option<Program>,
+    /// Its hello does not make it the commander.
+    is_observer: bool,
     decoder: Decoder,
     /// The frame that it is sending, as it is on the wire; at most one byte more than fits.
     frame: Vec<u8>,
     /// Of messages to a watcher: its own numbers show what it has lost.
     encoder: Encoder,
+    /// Of messages of the server itself.
+    notices: Encoder,
     outbox: Outbox,
     /// Time of its last valid frame, or of its connection.
     heard_us: u64,
@@ -71,11 +92,19 @@ pub(super) struct Peers {
     listener: TcpListener,
     /// Oldest first.
     all: Vec<Peer>,
-    /// One of them is the commander.
-    is_commanded: bool,
+    /// The commander, if there is one.
+    commander: Option<Program>,
+    /// It is another one since the connections were informed.
+    is_role_due: bool,
+    /// The board has a session, of a commander or of the server itself.
+    is_board_greeted: bool,
+    /// Hands on the simulated arm.
+    pub(super) touching: Touching,
     latest: Latest,
     decoder: Decoder,
-    /// The commander has sent a part of a frame.
+    /// Of the server's own hellos.
+    encoder: Encoder,
+    /// The board has received a part of a frame.
     is_mid_frame: bool,
     received: Vec<u8>,
 }
@@ -87,9 +116,13 @@ impl Peers {
         Ok(Self {
             listener,
             all: Vec::new(),
-            is_commanded: false,
+            commander: None,
+            is_role_due: false,
+            is_board_greeted: false,
+            touching: Touching::default(),
             latest: Latest::default(),
             decoder: Decoder::default(),
+            encoder: Encoder::default(),
             is_mid_frame: false,
             received: Vec::new(),
         })
@@ -107,7 +140,29 @@ impl Peers {
             self.make_room();
             self.all.push(Peer::new(stream, now_us));
         }
+        self.greet_for_watchers(to_board);
+        if std::mem::take(&mut self.is_role_due) {
+            for peer in &mut self.all {
+                peer.notify_role(self.commander, &self.touching);
+            }
+        }
         Ok(())
+    }
+
+    /// Opens a session for watchers if there is no other.
+    fn greet_for_watchers(&mut self, to_board: &mut Vec<u8>) {
+        let is_watched = self.all.iter().any(|peer| peer.role == Role::Watcher);
+        if self.commander.is_none() && !self.is_board_greeted && is_watched {
+            let hello = self.encoder.encode(&ToBoard::Hello(schema::HELLO)).1;
+            let hello = hello.to_vec();
+            self.inject(&hello, to_board);
+            self.is_board_greeted = true;
+        }
+    }
+
+    fn set_commander(&mut self, commander: Option<Program>) {
+        self.commander = commander;
+        self.is_role_due = true;
     }
 
     fn make_room(&mut self) {
@@ -133,7 +188,7 @@ impl Peers {
         if is_open && now_us.saturating_sub(peer.heard_us) < SILENCE_US {
             self.all.push(peer);
         } else if peer.role == Role::Commander {
-            self.is_commanded = false;
+            self.set_commander(None);
         }
     }
 
@@ -141,32 +196,71 @@ impl Peers {
         if peer.role == Role::Stranger {
             return;
         }
-        if peer.role == Role::Commander {
+        if peer.role == Role::Commander && peer.frame.len() > frame::MAX {
+            // No frame: the board shall see the garbage.
             to_board.push(byte);
             self.is_mid_frame = byte != 0;
         } else if peer.frame.len() <= frame::MAX {
             peer.frame.push(byte);
+            if peer.role == Role::Commander && peer.frame.len() > frame::MAX {
+                self.inject(&peer.frame, to_board);
+                self.is_mid_frame = byte != 0;
+            }
         }
-        let Some(received) = peer.decoder.push::<ToBoard>(byte) else {
-            if byte == 0 {
-                // An empty frame.
-                peer.frame.clear();
-            }
+        let received = peer.decoder.push::<ToBoard>(byte);
+        if byte != 0 {
             return;
-        };
+        }
         let frame = std::mem::take(&mut peer.frame);
-        match received {
-            Ok(received) => {
-                if self.handle(peer, received, &frame, to_board) {
-                    peer.heard_us = now_us;
-                }
+        let message = to_server(&frame);
+        if peer.role == Role::Commander && message.is_none() && frame.len() <= frame::MAX {
+            self.inject(&frame, to_board);
+        }
+        let is_valid = match (message, received) {
+            (Some(message), _) => {
+                self.serve(peer, message);
+                true
             }
+            (None, Some(Ok(received))) => self.handle(peer, received, &frame, to_board),
             // A host of another build: our hello lets it inform its user.
-            Err(FrameError::Version(_) | FrameError::Schema) if peer.role != Role::Commander => {
+            (None, Some(Err(FrameError::Version(_) | FrameError::Schema)))
+                if peer.role != Role::Commander =>
+            {
                 peer.send(&[ToHost::Hello(schema::HELLO)]);
+                false
             }
-            Err(_) if peer.role == Role::Newcomer => peer.role = Role::Stranger,
-            Err(_) => {}
+            (None, Some(Err(_))) => {
+                if peer.role == Role::Newcomer {
+                    peer.role = Role::Stranger;
+                }
+                false
+            }
+            // An empty frame.
+            (None, None) => false,
+        };
+        if is_valid {
+            peer.heard_us = now_us;
+        }
+    }
+
+    /// Handles a message to the server.
+    fn serve(&mut self, peer: &mut Peer, message: ToServer) {
+        match message {
+            ToServer::Join {
+                is_observer,
+                program,
+            } => {
+                peer.program = Some(program);
+                peer.is_observer = is_observer;
+                if is_observer && peer.role == Role::Newcomer {
+                    peer.role = Role::Watcher;
+                }
+                peer.notify_role(self.commander, &self.touching);
+            }
+            ToServer::Touch(touch) => {
+                let result = self.touching.touch(touch);
+                peer.notify(&FromServer::Touched(result));
+            }
         }
     }
 
@@ -182,7 +276,8 @@ impl Peers {
             (Role::Stranger, _) => return false,
             (Role::Commander, ToBoard::Goodbye) => {
                 peer.role = Role::Newcomer;
-                self.is_commanded = false;
+                self.is_board_greeted = false;
+                self.set_commander(None);
             }
             (Role::Commander, _) | (Role::Watcher, ToBoard::Heartbeat | ToBoard::Goodbye) => {}
             (_, ToBoard::Stop) => self.inject(frame, to_board),
@@ -205,16 +300,17 @@ impl Peers {
 
     /// Makes a connection the commander, or a watcher if there is one.
     fn greet(&mut self, peer: &mut Peer, hello: &[u8], to_board: &mut Vec<u8>) {
-        if !self.is_commanded {
-            self.is_commanded = true;
+        if self.commander.is_none() && !peer.is_observer {
             peer.role = Role::Commander;
             peer.outbox.clear();
             self.inject(hello, to_board);
+            self.is_board_greeted = true;
+            self.set_commander(Some(peer.program.unwrap_or(Program::UNKNOWN)));
             return;
         }
         if peer.role == Role::Newcomer {
             peer.role = Role::Watcher;
-            peer.outbox.send(&mut peer.stream, WATCHING);
+            peer.notify_role(self.commander, &self.touching);
         }
         let answer: Vec<ToHost> = self.latest.answer().collect();
         peer.send(&answer);
@@ -234,6 +330,7 @@ impl Peers {
         for byte in bytes {
             if let Some(Ok(received)) = self.decoder.push::<ToHost>(*byte) {
                 self.latest.take(&received.message);
+                self.touching.take(&received.message);
                 match received.message {
                     ToHost::Hello(_) | ToHost::Ack { .. } | ToHost::Departs { .. } => {}
                     message => messages.push(message),
@@ -255,15 +352,36 @@ impl Peer {
         Self {
             stream,
             role: Role::Newcomer,
+            program: None,
+            is_observer: false,
             decoder: Decoder::default(),
             frame: Vec::new(),
             encoder: Encoder::default(),
+            notices: Encoder::default(),
             outbox: Outbox::default(),
             heard_us: now_us,
         }
     }
 
-    /// Sends messages of the server's own, or such as fit.
+    /// Informs it of its role, once it has one.
+    fn notify_role(&mut self, commander: Option<Program>, touching: &Touching) {
+        let is_known = self.program.is_some() && self.role != Role::Newcomer;
+        if is_known || self.role == Role::Watcher {
+            self.notify(&FromServer::Role(LinkRole {
+                is_commander: self.role == Role::Commander,
+                commander,
+                is_touchable: touching.is_possible(),
+            }));
+        }
+    }
+
+    /// Sends a message of the server itself.
+    fn notify(&mut self, message: &FromServer) {
+        let frame = self.notices.encode(message).1;
+        self.outbox.send(&mut self.stream, frame);
+    }
+
+    /// Sends messages of the board, or such as fit.
     fn send(&mut self, messages: &[ToHost]) {
         let mut frames = Vec::new();
         for message in messages {

@@ -89,6 +89,19 @@ pub struct Impact {
     pub energy_j: f64,
 }
 
+/// Contact of joints with these speeds.
+fn contact_of(friction: &[Friction; JOINTS], state: &State<f64>) -> [Contact; JOINTS] {
+    core::array::from_fn(|joint| {
+        if friction[joint] == Friction::NONE {
+            Contact::Free
+        } else if state.dq[joint] == 0.0 {
+            Contact::Stuck
+        } else {
+            Contact::Sliding(state.dq[joint].signum())
+        }
+    })
+}
+
 /// The arm's mechanics.
 #[derive(Clone, Copy, Debug)]
 pub struct Body {
@@ -114,15 +127,7 @@ impl Body {
         stops_rad: [[f64; 2]; JOINTS],
         initial: State<f64>,
     ) -> Self {
-        let contact = core::array::from_fn(|joint| {
-            if friction[joint] == Friction::NONE {
-                Contact::Free
-            } else if initial.dq[joint] == 0.0 {
-                Contact::Stuck
-            } else {
-                Contact::Sliding(initial.dq[joint].signum())
-            }
-        });
+        let contact = contact_of(&friction, &initial);
         Self {
             arm,
             friction,
@@ -172,6 +177,27 @@ impl Body {
     /// Advances time without motion: the arm is held.
     pub(super) fn hold(&mut self, until_ns: u64) {
         self.time_ns = self.time_ns.max(until_ns);
+    }
+
+    /// Advances time, and sets angles and speeds, within the stops: a hand guides the arm.
+    pub(super) fn guide(&mut self, until_ns: u64, mut state: State<f64>) {
+        for joint in 0..JOINTS {
+            let [lowest, highest] = self.stops_rad[joint];
+            let free = state.q[joint];
+            state.q[joint] = free.clamp(lowest, highest);
+            if free.to_bits() != state.q[joint].to_bits() {
+                state.dq[joint] = 0.0;
+            }
+        }
+        self.hold(until_ns);
+        self.state = state;
+        self.contact = contact_of(&self.friction, &state);
+        self.still = false;
+    }
+
+    /// Whether it was last in exactly this state.
+    pub(super) fn rests_at(&self, state: &State<f64>) -> bool {
+        self.state == *state
     }
 
     /// Joint torque in force, in N m.

@@ -11,6 +11,7 @@ use armbridge_analysis::scenario::{Overrides, Preview, Scenario};
 use armbridge_client::ctrl_c;
 use armbridge_client::params;
 use armbridge_client::params::settings_exchange::Exchange;
+use armbridge_client::transport::Intent;
 use armbridge_shared::link::message::Settings;
 use armbridge_sim::link::{BoardUri, drive};
 use armbridge_sim::plant::PlantFile;
@@ -136,7 +137,12 @@ pub(super) fn run(args: &IdentifyRunArgs) -> Outcome {
 
 /// The board's settings.
 fn settings_of_board(args: &IdentifyRunArgs, config: &Config) -> Result<Settings, Error> {
-    let host = link::run_host(&args.link, config, Exchange::new(|_| Vec::new()))?;
+    let host = link::run_host(
+        &args.link,
+        config,
+        Intent::CommandOrObserve,
+        Exchange::new(|_| Vec::new()),
+    )?;
     host.exchanged
         .before
         .ok_or_else(|| "the board did not report its settings; nothing has moved".into())

@@ -27,7 +27,8 @@ pub(crate) struct ServosArgs {
     pub(crate) listen: LinkUri,
     #[command(flatten)]
     pub(crate) expose: ExposeArgs,
-    /// Firmware of the servos, morpheus or stock: one for all, or one for each.
+    /// Firmware of the servos, morpheus or stock: one for all, or one for each. Stock servos
+    /// speak Dynamixel Protocol 1.0, as the vendor's SDK does; Morpheus ones do not.
     #[arg(
         long,
         value_name = "NAME[,NAME]",
@@ -138,6 +139,27 @@ fn in_words(kinds: &[ServoKind]) -> String {
     each.join(" and ")
 }
 
+/// Protocol of servos with these firmwares, and how to get the other.
+fn protocol(firmware: &[Firmware]) -> &'static str {
+    match (
+        firmware.contains(&Firmware::Morpheus),
+        firmware.contains(&Firmware::Stock),
+    ) {
+        (_, false) => {
+            "they speak Morpheus packets; Protocol 1.0, as the vendor's SDK does, with\n  \
+             --firmware stock"
+        }
+        (false, true) => {
+            "they speak Dynamixel Protocol 1.0, as the vendor's SDK does; Morpheus packets\n  \
+             with --firmware morpheus"
+        }
+        (true, true) => {
+            "the stock ones speak Dynamixel Protocol 1.0, as the vendor's SDK does, the others\n  \
+             Morpheus packets"
+        }
+    }
+}
+
 fn on_tcp(
     args: &ServosArgs,
     who: &str,
@@ -149,6 +171,7 @@ fn on_tcp(
         "virtual servos {who} on {at}, raw bus bytes at {} baud; end with ctrl-c",
         args.baud
     );
+    eprintln!("{}", protocol(&args.firmware));
     let mut next = None;
     loop {
         let (stream, peer) = match next.take() {
@@ -173,6 +196,7 @@ fn on_pty(args: &ServosArgs, who: &str, bench: &mut WallClockBench) -> Outcome {
     let pty = Pty::open()?;
     let ours = pty.controller()?;
     eprintln!("virtual servos {who}, raw bus bytes; end with ctrl-c");
+    eprintln!("{}", protocol(&args.firmware));
     println!("{}", pty.name());
     let baud = move || Pty::baud(&ours);
     bench.serve(pty.controller()?, pty.controller()?, baud, args.echo)?;

@@ -5,14 +5,20 @@ use armbridge_client::enum_names;
 use armbridge_client::status::Obstacle;
 use armbridge_client::{experiment_text, fault_text};
 use armbridge_shared::link::message::{Drive, Fault, Mode};
+use armbridge_shared::link::server::LinkRole;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
 use super::theme;
 use crate::watch::model::{Line as LinkLine, Model};
 
-/// The link's name and its state.
-pub(super) fn title(model: &Model, link_name: &str, width: u16) -> Line<'static> {
+/// The link's name, this program's role on it, and its state.
+pub(super) fn title(
+    model: &Model,
+    role: Option<LinkRole>,
+    link_name: &str,
+    width: u16,
+) -> Line<'static> {
     let left = format!(" armbridge watch · {link_name}");
     let right = match model.line() {
         LinkLine::Opening => "waiting for the board ".to_owned(),
@@ -20,9 +26,29 @@ pub(super) fn title(model: &Model, link_name: &str, width: u16) -> Line<'static>
         LinkLine::Quiet(ns) => format!("quiet for {:.1} s ", ns as f64 * 1e-9),
         LinkLine::Parted(ns) => format!("lost for {:.1} s ", ns as f64 * 1e-9),
     };
+    let role = match role {
+        None => "",
+        Some(role) if role.is_commander => "COMMANDING · ",
+        Some(_) => "OBSERVING · ",
+    };
+    let right = format!("{role}{right}");
     let taken = left.chars().count() + right.chars().count();
     let between = " ".repeat(usize::from(width).saturating_sub(taken));
     Line::from(format!("{left}{between}{right}")).style(theme::badge(Style::new()))
+}
+
+/// Who commands instead of this program.
+pub(super) fn observer(role: LinkRole) -> Option<Line<'static>> {
+    let commander = match role.commander {
+        _ if role.is_commander => return None,
+        Some(program) => format!("{program} commands the board"),
+        None => "no program commands the board".to_owned(),
+    };
+    Some(badge(
+        "OBSERVING",
+        theme::warn(),
+        &format!("{commander}; space stops it"),
+    ))
 }
 
 /// Mode of the board, and its fault or obstacle: one to three lines.

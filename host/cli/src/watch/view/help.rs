@@ -38,8 +38,8 @@ const HANDS: [(&str, &str); 2] = [
 ];
 
 /// Draws it in the middle.
-pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, is_simulated: bool) {
-    let hands = if is_simulated { &HANDS[..] } else { &[] };
+pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, is_touchable: bool) {
+    let hands = if is_touchable { &HANDS[..] } else { &[] };
     let keys = KEYS.iter().chain(hands);
     let mut lines: Vec<_> = keys
         .map(|(key, action)| {

@@ -44,7 +44,8 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model, keys: &Keys, link_name: &str) 
         too_small(frame, area, model);
         return;
     }
-    let state = head::state(model);
+    let mut state = head::state(model);
+    state.extend(keys.role.and_then(head::observer));
     let below = if area.height < HIGH { 7 } else { 10 };
     let [title, top, joints, health, answer, last] = Layout::vertical([
         Constraint::Length(1),
@@ -55,7 +56,7 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model, keys: &Keys, link_name: &str) 
         Constraint::Length(1),
     ])
     .areas(area);
-    frame.render_widget(head::title(model, link_name, area.width), title);
+    frame.render_widget(head::title(model, keys.role, link_name, area.width), title);
     frame.render_widget(Text::from(state), top);
     let panels: [Rect; JOINTS] =
         Layout::horizontal([Constraint::Ratio(1, JOINTS as u32); JOINTS]).areas(joints);
@@ -74,7 +75,7 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model, keys: &Keys, link_name: &str) 
     frame.render_widget(conversation(model, keys), answer);
     frame.render_widget(Line::from(KEYS).style(theme::badge(Style::new())), last);
     if keys.is_helping {
-        help::draw(frame, area, keys.is_simulated);
+        help::draw(frame, area, keys.is_touchable);
     }
 }
 

@@ -2,6 +2,7 @@
 //! After each the right words, the right exit code, and no arm that is left energised.
 
 mod commands;
+mod hands;
 pub(crate) mod program;
 mod runs;
 #[cfg(unix)]

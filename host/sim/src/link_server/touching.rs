@@ -1,0 +1,53 @@
+//! Hands of programs on the simulated arm: checked, and passed on to the simulation.
+//!
+//! Any program that may connect may touch the arm, also while another one commands the board:
+//! a touch is an event of the simulation, as a real hand would be, and no command. An armed
+//! board is not worked against: it would let go of a hand at once.
+
+use std::sync::mpsc::{Receiver, Sender, channel};
+
+use armbridge_shared::link::message::ToHost;
+use armbridge_shared::link::server::{Touch, TouchRefusal};
+
+use crate::cosim::Interaction;
+
+/// The arm as programs may touch it.
+#[derive(Debug, Default)]
+pub(super) struct Touching {
+    /// `None` if there is no simulated arm.
+    arm: Option<Sender<Interaction>>,
+    /// By the board's latest record.
+    is_armed: bool,
+}
+
+impl Touching {
+    /// The end of the simulation that has the arm.
+    pub(super) fn connect(&mut self) -> Receiver<Interaction> {
+        let (sender, interactions) = channel();
+        self.arm = Some(sender);
+        interactions
+    }
+
+    /// Whether there is an arm.
+    pub(super) fn is_possible(&self) -> bool {
+        self.arm.is_some()
+    }
+
+    /// Takes a message of the board.
+    pub(super) fn take(&mut self, message: &ToHost) {
+        if let ToHost::Record(record) = message {
+            self.is_armed = record.mode.is_armed();
+        }
+    }
+
+    /// Touches the arm.
+    pub(super) fn touch(&self, touch: Touch) -> Result<(), TouchRefusal> {
+        let arm = self.arm.as_ref().ok_or(TouchRefusal::NoArm)?;
+        touch.check()?;
+        let is_hand = matches!(touch, Touch::Move { .. } | Touch::Lift);
+        if is_hand && self.is_armed {
+            return Err(TouchRefusal::Armed);
+        }
+        arm.send(touch.into()).map_err(|_| TouchRefusal::NoArm)
+    }
+}
