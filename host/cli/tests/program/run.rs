@@ -49,6 +49,8 @@ fn a_scenario_leaves_a_log_plots_and_a_summary() {
     let summary: serde_json::Value = serde_json::from_slice(&again.stdout).unwrap();
     assert_eq!(summary["segments"].as_array().unwrap().len(), 3);
     assert_eq!(summary["log"]["lost"], 0);
+    let folder = program.0.join(summary["folder"].as_str().unwrap());
+    assert!(folder.join("run.mcap").is_file() && summary["verdict"] == "done");
     // A record a millisecond, and the messages before and after.
     assert!(summary["log"]["written"].as_u64().unwrap() >= 8_500);
 }
@@ -111,6 +113,8 @@ fn what_ships_is_listed_and_shown() {
     let program = Program::new("list");
     let list = program.run(&["--list"]);
     let listed = text(&list.stdout);
+    let widest = listed.lines().map(|line| line.chars().count()).max();
+    assert!(widest <= Some(80), "{listed}");
     for name in ["upright", "paper-upright", "hour"] {
         assert!(
             listed.lines().any(|line| line.starts_with(name)),
