@@ -123,8 +123,8 @@ fn as_text(report: &Report) -> String {
         .any(|found| found.firmware == Firmware::Morpheus)
     {
         text.push_str(
-            "Morpheus servos answer Morpheus packets only: the vendor's SDK, which speaks Protocol\n\
-             1.0, finds stock servos alone.\n",
+            "Morpheus servos answer Morpheus packets only; the vendor's SDK speaks Protocol\n\
+             1.0, and finds stock servos alone.\n",
         );
     }
     if report.found.is_empty() && report.troubles.is_empty() {

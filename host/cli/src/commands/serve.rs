@@ -57,8 +57,8 @@ struct BoardArgs {
         required_unless_present = "transparent"
     )]
     listen: Option<LinkUri>,
-    /// Serve the transparent port, which behaves like the vendor's USB adapter. Without
-    /// --listen, nothing else uses the bus.
+    /// Serve the transparent port, which behaves like the vendor's USB adapter; its SDK needs
+    /// `--firmware stock`. Without --listen, nothing else uses the bus.
     #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
     transparent: Option<LinkUri>,
     #[command(flatten)]

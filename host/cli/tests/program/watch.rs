@@ -237,11 +237,8 @@ fn the_role_on_a_served_link_is_shown_and_an_observer_only_stops() {
         commander,
         is_touchable: true,
     };
-    let mut keys = Keys {
-        role: Some(role(true)),
-        is_touchable: true,
-        ..Keys::default()
-    };
+    let mut keys = Keys::new(true);
+    keys.role = Some(role(true));
     let drawn = screen(&model, &keys, (80, 24));
     assert!(drawn.contains("COMMANDING · link up"), "{drawn}");
     keys.role = Some(role(false));

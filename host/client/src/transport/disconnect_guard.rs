@@ -35,21 +35,20 @@ pub(super) struct Connection<'a> {
 }
 
 impl<'a> Connection<'a> {
-    /// A connection of a host that commands, or only observes.
-    pub(super) fn new(
-        line: Box<dyn Line>,
-        taps: &'a mut [Box<dyn Tap>],
-        clock: &'a Clock,
-        is_observer: bool,
-    ) -> Self {
+    pub(super) fn new(line: Box<dyn Line>, taps: &'a mut [Box<dyn Tap>], clock: &'a Clock) -> Self {
         Self {
             line,
             taps,
             clock,
-            is_goodbye_owed: !is_observer,
+            is_goodbye_owed: true,
             filter: LinkFilter::default(),
             encoder: Encoder::default(),
         }
+    }
+
+    /// The host does not command: it owes no goodbye.
+    pub(super) fn observe(&mut self) {
+        self.is_goodbye_owed = false;
     }
 
     /// Sends a message to the link's server.

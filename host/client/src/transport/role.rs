@@ -4,6 +4,7 @@
 //! keeps its role when the link comes back: one that has observed does not take command after
 //! a restart of the server.
 
+use std::io;
 use std::time::{Duration, Instant};
 
 use armbridge_shared::link::server::{LinkRole, ToServer};
@@ -32,6 +33,8 @@ pub(super) struct RoleKeeper {
     /// On this connection.
     role: Option<LinkRole>,
     opened: Instant,
+    /// A server has announced a role, on this connection or an earlier one.
+    is_served: bool,
 }
 
 impl RoleKeeper {
@@ -41,6 +44,7 @@ impl RoleKeeper {
             intent,
             role: None,
             opened: Instant::now(),
+            is_served: false,
         }
     }
 
@@ -67,6 +71,7 @@ impl RoleKeeper {
     /// # Errors
     /// If another program commands, and this one has to.
     pub(super) fn take(&mut self, role: LinkRole) -> Result<bool, TransportError> {
+        self.is_served = true;
         let is_other = self.role.replace(role) != Some(role);
         match (self.intent, role.commander) {
             (Intent::Command, Some(commander)) if !role.is_commander => {
@@ -91,11 +96,15 @@ impl RoleKeeper {
     /// Whether the host may say hello: an observer only to a server that knows it as one.
     ///
     /// # Errors
-    /// If there is no such server.
+    /// If there is no such server, or it does not answer.
     pub(super) fn may_send(&self, link: &LinkUri) -> Result<bool, TransportError> {
         let may_send = !self.is_observer() || self.role.is_some();
         if !may_send && self.opened.elapsed() > ROLE_TIMEOUT {
-            return Err(TransportError::NotObservable(link.clone()));
+            return Err(if self.is_served {
+                TransportError::Broken(io::ErrorKind::TimedOut.into())
+            } else {
+                TransportError::NotObservable(link.clone())
+            });
         }
         Ok(may_send)
     }

@@ -199,7 +199,10 @@ impl LinkDriver<'_> {
             role,
         } = self;
         let join = role.join(uri).map_err(Ended::Unusable)?;
-        let mut connection = Connection::new(line, &mut options.taps, clock, role.is_observer());
+        let mut connection = Connection::new(line, &mut options.taps, clock);
+        if role.is_observer() {
+            connection.observe();
+        }
         if let Some(join) = join {
             connection.send_to_server(&join).map_err(Ended::Broken)?;
         }
@@ -218,7 +221,11 @@ impl LinkDriver<'_> {
                 connection.send_to_server(&touch).map_err(Ended::Broken)?;
             }
             let words = host.transmit(clock.now_us()).map_err(Ended::Host)?;
-            if role.may_send(uri).map_err(Ended::Unusable)? {
+            let may_send = role.may_send(uri).map_err(|error| match error {
+                TransportError::Broken(error) => Ended::Broken(error),
+                error => Ended::Unusable(error),
+            })?;
+            if may_send {
                 connection.send(words).map_err(Ended::Broken)?;
             }
             if host.is_done() {
@@ -235,6 +242,9 @@ impl LinkDriver<'_> {
             let received = connection.receive(until, on_server);
             let bytes = received.map_err(Ended::Broken)?;
             for latest in roles {
+                if !latest.is_commander {
+                    connection.observe();
+                }
                 if role.take(latest).map_err(Ended::Unusable)? {
                     host.link_role(latest);
                     if !latest.is_commander && !options.is_quiet {
