@@ -69,6 +69,16 @@ pub(crate) fn qemu(out: &Output) -> Result<(), String> {
     qemu.ensure(out)
 }
 
+/// The browser in which pages are looked at.
+pub(crate) fn browser(out: &Output) -> Result<(), String> {
+    let browser = Program {
+        name: "Chromium",
+        check: "chromium --version".to_owned(),
+        packages: ["chromium"; 4],
+    };
+    browser.ensure(out)
+}
+
 /// The C++ compiler that libFuzzer is built with: `CXX`, else `c++`.
 pub(crate) fn compiler(out: &Output) -> Result<(), String> {
     let compiler = std::env::var("CXX").unwrap_or_else(|_| "c++".to_owned());

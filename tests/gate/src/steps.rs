@@ -125,11 +125,11 @@ pub(crate) const GATE: &[Step] = &[
         &["test --workspace --doc"],
     ),
     after(
-        &["python", "qemu", "build-images"],
+        &["python", "qemu", "browser", "build-images"],
         step(
             Lane::Host,
             "test",
-            "every test: crates, one process, program, emulator, Python packages",
+            "every test: crates, one process, program, emulator, Python packages, pages",
             Work::Do(host::tests),
         ),
     ),
@@ -138,6 +138,12 @@ pub(crate) const GATE: &[Step] = &[
         "qemu",
         "the emulator of the board's processor is there",
         Work::Do(setup::qemu),
+    ),
+    step(
+        Lane::Board,
+        "browser",
+        "the browser in which pages are checked is there",
+        Work::Do(setup::browser),
     ),
     step(
         Lane::Board,

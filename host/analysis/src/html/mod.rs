@@ -40,7 +40,8 @@ pub(crate) fn page(title: &str, contents: &Markup) -> String {
 /// policy forbids the network, and all scripts but those in the page.
 pub(crate) fn document(title: &str, style: &str, body: &Markup) -> String {
     const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; \
-                          script-src 'unsafe-inline'; base-uri 'none'; form-action 'none'";
+                          script-src 'unsafe-inline'; img-src data:; base-uri 'none'; \
+                          form-action 'none'";
     let page = html! {
         (DOCTYPE)
         html lang="en" {

@@ -78,8 +78,8 @@ class ArmView {
     const { context, width, height } = fit(this.canvas);
     Object.assign(this, { context, width, height });
     const upwards = DATA.arm.is_hanging ? -1 : 1;
-    this.centre = upwards * 0.46 * this.reach;
-    this.scale = Math.min(width / 1.9, height / 1.45) / this.reach;
+    this.centre = upwards * 0.5 * this.reach;
+    this.scale = Math.min(width / 1.75, height / 1.7) / this.reach;
     const shapes = [];
     this.drawTable();
     const pose = RUN.pose(time);
@@ -121,17 +121,17 @@ class ArmView {
 
   drawTable() {
     const { context, reach } = this;
-    this.path(this.circle(0.85 * reach), true);
+    this.path(this.circle(0.75 * reach), true);
     context.fillStyle = colour("--soft");
     context.fill();
     context.lineWidth = 1;
     context.strokeStyle = colour("--line");
     context.stroke();
-    for (const radius of [0.283, 0.567]) {
+    for (const radius of [0.25, 0.5]) {
       this.path(this.circle(radius * reach), true);
       context.stroke();
     }
-    const end = 0.85 * reach;
+    const end = 0.75 * reach;
     for (const axis of [[1, 0, 0], [0, 1, 0]]) {
       this.path([add([0, 0, 0], axis, -end), add([0, 0, 0], axis, end)]);
       context.stroke();

@@ -19,15 +19,8 @@ pub(super) fn headline(run: &Collected) -> String {
             fault.time_s - run.zero_s
         );
     }
-    let pushes = run.events.iter().filter(|event| event.kind == Kind::Push);
-    let pushed = match pushes.count() {
-        0 => String::new(),
-        1 => " and is pushed once".to_owned(),
-        pushes => format!(" and is pushed {pushes} times"),
-    };
-    at_setpoints(summary)
-        .or_else(|| tracking(summary))
-        .map(|sentence| format!("The arm {sentence}{pushed}."))
+    sentence(run)
+        .map(|sentence| format!("The arm {sentence}."))
         .unwrap_or_else(|| "The arm is not driven to a setpoint in this run.".to_owned())
 }
 
@@ -35,12 +28,17 @@ pub(super) fn headline(run: &Collected) -> String {
 pub(super) fn beside(name: &str, run: &Collected) -> Option<String> {
     let sentence = match run.summary.faults.first() {
         Some(fault) => format!("ends in the fault {}", fault.fault.replace('_', " ")),
-        None => at_setpoints(&run.summary).or_else(|| tracking(&run.summary))?,
+        None => sentence(run)?,
     };
     Some(format!("In grey, {name}: it {sentence}."))
 }
 
-fn at_setpoints(summary: &Summary) -> Option<String> {
+fn sentence(run: &Collected) -> Option<String> {
+    let pushes = run.events.iter().filter(|event| event.kind == Kind::Push);
+    at_setpoints(&run.summary, pushes.count()).or_else(|| tracking(&run.summary))
+}
+
+fn at_setpoints(summary: &Summary, pushes: usize) -> Option<String> {
     let segments = summary.segments.as_slice();
     if segments.is_empty() {
         return None;
@@ -56,10 +54,13 @@ fn at_setpoints(summary: &Summary) -> Option<String> {
         all => format!("all {all} setpoints"),
     };
     if settled.len() == segments.len() {
-        return Some(format!(
-            "is within {within_mrad:.0} mrad of {setpoints} in at most {slowest_s:.2} s and rests at \
-             most {off_mrad:.1} mrad off"
-        ));
+        // A push delays the last time at which a joint settles.
+        let result = match pushes {
+            0 => format!("is within {within_mrad:.0} mrad of {setpoints} in at most {slowest_s:.2} s"),
+            1 => "recovers from a push".to_owned(),
+            pushes => format!("recovers from {pushes} pushes"),
+        };
+        return Some(format!("{result} and rests at most {off_mrad:.1} mrad off"));
     }
     let reached = match (settled.len(), all) {
         (0, 1) => format!("does not stay within {within_mrad:.0} mrad of its setpoint"),

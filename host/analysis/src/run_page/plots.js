@@ -5,7 +5,7 @@
 
 "use strict";
 
-const MARGIN = { left: 54, right: 10, top: 6, bottom: 22 };
+const MARGIN = { left: 54, right: 18, top: 6, bottom: 22 };
 
 // A curve: name of its series, label, and the colour's name in the style.
 const curve = (name, label, colour, more = {}) => ({ name, label, colour, run: RUN, ...more });
@@ -25,10 +25,12 @@ const bothJoints = (name, more = {}) =>
 // The same curves of the second run, below the others.
 function besides(names) {
   if (!BESIDE) return [];
-  const label = (name) => (names.length > 1 ? `${BESIDE.name}, ${name.slice(-1)}` : BESIDE.name);
-  return names.map((name) =>
-    curve(name, label(name), "--grey", { run: BESIDE, width: 1.5, dash: name.endsWith("2") && names.length > 1 ? [2, 2] : [] }),
-  );
+  const isPair = names.length > 1;
+  return names.map((name) => {
+    const joint = name.slice(-1);
+    const dash = isPair && joint === "2" ? [2, 2] : [];
+    return curve(name, isPair ? `grey ${joint}` : BESIDE.name, "--grey", { run: BESIDE, width: 1.5, dash });
+  });
 }
 
 const PANELS = [
@@ -88,7 +90,9 @@ class Panel {
     const head = this.box.appendChild(document.createElement("figcaption"));
     const name = head.appendChild(document.createElement("strong"));
     name.textContent = `${title} (${unit})`;
-    for (const shown of [...this.curves].reverse()) head.appendChild(this.key(shown));
+    const isOther = ({ run }) => run === BESIDE;
+    const keys = [...this.curves.filter((shown) => !isOther(shown)), ...this.curves.filter(isOther)];
+    for (const shown of keys) head.appendChild(this.key(shown));
     const stack = this.box.appendChild(document.createElement("div"));
     stack.className = "stack";
     this.base = stack.appendChild(document.createElement("canvas"));

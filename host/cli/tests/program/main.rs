@@ -9,6 +9,7 @@ mod links;
 #[cfg(target_os = "linux")]
 mod listeners;
 mod live;
+mod pages;
 mod run;
 mod servo_bus;
 mod servos;

@@ -1,0 +1,248 @@
+//! Pages in a browser: no errors of scripts, nothing wider than the window, from 400 px up,
+//! light and dark.
+
+mod browser;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use armbridge_analysis::run_page::{self, Beside, PageInput, Push};
+use browser::{Browser, Tab, Window};
+
+/// Windows in which every page is right.
+const WINDOWS: [Window; 4] = [
+    Window {
+        width: 1280,
+        is_dark: false,
+    },
+    Window {
+        width: 1280,
+        is_dark: true,
+    },
+    Window {
+        width: 400,
+        is_dark: false,
+    },
+    Window {
+        width: 400,
+        is_dark: true,
+    },
+];
+
+/// Largest size of the page of a run, in bytes.
+const SIZE_MAX: u64 = 2_000_000;
+
+/// Output of the program, in a folder.
+fn printed(folder: &Path, args: &[&str]) -> String {
+    let output = Command::new(env!("CARGO_BIN_EXE_armbridge"))
+        .args(args)
+        .current_dir(folder)
+        .env_remove("ARMBRIDGE_LINK")
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{args:?}: {stderr}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Folder of the only run that is in a folder's `runs`.
+fn run(folder: &Path, args: &[&str]) -> PathBuf {
+    let before = run_folders(folder);
+    printed(folder, &[&["run"], args].concat());
+    let after = run_folders(folder);
+    let new = after.into_iter().find(|run| !before.contains(run));
+    new.expect("a new run folder")
+}
+
+fn run_folders(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder.join("runs")).into_iter().flatten();
+    entries.map(|entry| entry.unwrap().path()).collect()
+}
+
+/// Complaints about a page in all windows.
+fn complaints(browser: &mut Browser, page: &Path) -> Vec<String> {
+    let mut complaints = Vec::new();
+    for window in WINDOWS {
+        let mut tab = browser.open(page, window);
+        let (beyond_px, element) = tab.overflow();
+        if beyond_px > 0.0 {
+            complaints.push(format!(
+                "{window:?}: {beyond_px} px beyond the window: {element}"
+            ));
+        }
+        let errors = tab.errors();
+        complaints.extend(errors.iter().map(|error| format!("{window:?}: {error}")));
+    }
+    complaints
+}
+
+fn assert_right(browser: &mut Browser, page: &Path) {
+    let complaints = complaints(browser, page);
+    assert!(complaints.is_empty(), "{}: {complaints:#?}", page.display());
+}
+
+/// Number of the page's state.
+fn number(tab: &mut Tab<'_>, expression: &str) -> f64 {
+    let value = tab.value(expression);
+    value
+        .as_f64()
+        .unwrap_or_else(|| panic!("{expression}: {value}"))
+}
+
+#[test]
+#[ignore = "needs Chromium: run `cargo verify`"]
+fn the_page_of_a_run_is_right_and_obeys_mouse_and_keys() {
+    let folder = crate::folder("pages-run");
+    let paper = run(&folder, &["push", "--control", "paper"]);
+    let run = run(&folder, &["push"]);
+    let log = run.join("run.mcap");
+    let beside = paper.join("run.mcap");
+    let pushes = [3.0, 9.0].map(|start_s| Push {
+        start_s,
+        duration_s: 0.1,
+        joint: 0,
+        torque_nm: 0.5,
+    });
+    let page = run_page::write(
+        &run,
+        &PageInput {
+            beside: Some(Beside {
+                log: &beside,
+                name: "the paper's control",
+            }),
+            pushes: &pushes,
+            made_by: Some("armbridge run push --seed 1"),
+            ..PageInput::of_log(&log)
+        },
+    )
+    .unwrap();
+    assert!(fs::metadata(&page).unwrap().len() < SIZE_MAX);
+    let mut browser = Browser::start(&folder);
+    assert_right(&mut browser, &page);
+
+    let window = WINDOWS[0];
+    let mut tab = browser.open(&page, window);
+    // Each canvas has a drawing on it.
+    let blank =
+        "[...document.querySelectorAll('#arm, #overview, .stack canvas:first-child')].filter(
+        canvas => new Set(new Uint32Array(canvas.getContext('2d').getImageData(
+            0, 0, canvas.width, canvas.height).data.buffer)).size < 4).length";
+    tab.errors();
+    assert_eq!(number(&mut tab, blank), 0.0);
+    // Curves, events, files and settings are there.
+    assert_eq!(number(&mut tab, "panels.length"), 5.0);
+    assert!(
+        number(
+            &mut tab,
+            "document.querySelectorAll('#events tbody tr').length"
+        ) > 8.0
+    );
+    assert!(number(&mut tab, "document.querySelectorAll('#files li').length") > 1.0);
+    assert!(
+        number(
+            &mut tab,
+            "document.querySelectorAll('#settings tbody tr').length"
+        ) > 40.0
+    );
+
+    // Keys: events, zoom, playback.
+    tab.value("seek(2.5)");
+    tab.press("]");
+    assert_eq!(number(&mut tab, "app.time"), 3.0);
+    tab.press("+");
+    let span = "app.range[1] - app.range[0]";
+    let zoomed = number(&mut tab, span);
+    assert!(zoomed < 10.0, "{zoomed}");
+    tab.press("0");
+    assert!(number(&mut tab, span) > 15.0);
+    tab.press(" ");
+    let moved = "new Promise(done => setTimeout(() => done(app.time), 400))";
+    assert!(number(&mut tab, moved) > 3.05);
+    tab.press(" ");
+    assert_eq!(tab.value("app.isPlaying"), false);
+
+    // A drag zooms, a click seeks, an event is jumped to.
+    let place = "(() => { panels[0].overlay.scrollIntoView({ block: 'center' });
+        const box = panels[0].overlay.getBoundingClientRect();
+        return [box.left + panels[0].x(4), box.left + panels[0].x(6), box.top + 50]; })()";
+    let place = tab.value(place);
+    let [from, to, y] = [0, 1, 2].map(|index| place[index].as_f64().unwrap());
+    tab.mouse("mousePressed", (from, y));
+    tab.mouse("mouseMoved", ((from + to) / 2.0, y));
+    tab.mouse("mouseMoved", (to, y));
+    tab.mouse("mouseReleased", (to, y));
+    let shown = tab.value("app.range");
+    for (index, expected) in [4.0, 6.0].into_iter().enumerate() {
+        assert!(
+            (shown[index].as_f64().unwrap() - expected).abs() < 0.05,
+            "{shown}"
+        );
+    }
+    tab.mouse("mousePressed", (from + 0.5 * (to - from), y));
+    tab.mouse("mouseReleased", (from + 0.5 * (to - from), y));
+    let time = number(&mut tab, "app.time");
+    assert!((4.0..6.0).contains(&time), "{time}");
+    tab.value("[...document.querySelectorAll('#events .jump')].at(-1).click()");
+    assert_eq!(tab.value("app.time === DATA.events.at(-1).time"), true);
+    tab.value("document.querySelector('#settings details').open = true");
+    tab.value(
+        "{ const search = document.querySelector('#settings input');
+        search.value = 'controller.q'; search.dispatchEvent(new Event('input')); }",
+    );
+    let found = "[...document.querySelectorAll('#settings tbody tr:not(.group)')].filter(row => !row.hidden).length";
+    assert!((1.0..5.0).contains(&number(&mut tab, found)));
+    assert_eq!(tab.errors(), [""; 0]);
+    drop(tab);
+
+    // What the checks are worth: a page with a broken script, one that asks the network, and
+    // one that is too wide are found out.
+    let text = fs::read_to_string(&page).unwrap();
+    let breaks = [
+        ("new Timeline()", "new Timelime()"),
+        (
+            "seek(Math.max",
+            "fetch('https://example.org'); seek(Math.max",
+        ),
+        ("<footer>", "<footer style=\"width: 1300px\">"),
+    ];
+    for (sound, broken) in breaks {
+        assert!(text.contains(sound), "{sound}");
+        let page = folder.join("broken.html");
+        fs::write(&page, text.replace(sound, broken)).unwrap();
+        let found = complaints(&mut browser, &page);
+        assert!(found.len() >= 4, "{broken}: {found:?}");
+    }
+}
+
+#[test]
+#[ignore = "needs Chromium: run `cargo verify`"]
+fn an_hour_makes_no_larger_page() {
+    let folder = crate::folder("pages-hour");
+    let run = run(&folder, &["hour", "--duration", "120"]);
+    let log = run.join("run.mcap");
+    let page = run_page::write(&run, &PageInput::of_log(&log)).unwrap();
+    assert!(fs::metadata(&page).unwrap().len() < SIZE_MAX);
+    let mut browser = Browser::start(&folder);
+    assert_right(&mut browser, &page);
+}
+
+#[test]
+#[ignore = "needs Chromium: run `cargo verify`"]
+fn reports_are_right() {
+    let folder = crate::folder("pages-reports");
+    let multisine = run(&folder, &["multisine"]);
+    let log = multisine.join("run.mcap");
+    let log = log.to_str().unwrap();
+    printed(&folder, &["identify", "fit", log, "--report", "fit"]);
+    printed(&folder, &["paper", "--quiet"]);
+    let paper = run_folders(&folder)
+        .into_iter()
+        .map(|run| run.join("report.html"))
+        .find(|page| page.is_file())
+        .expect("the report on the paper");
+    let mut browser = Browser::start(&folder);
+    for page in [folder.join("fit/report.html"), paper] {
+        assert_right(&mut browser, &page);
+    }
+}
