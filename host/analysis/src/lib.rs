@@ -9,6 +9,7 @@
 //! | [`run_page`]    | the page of a run: moving arm, curves, events                |
 //! | [`run_folder`]  | the folder of a run                                          |
 //! | [`monte_carlo`] | runs on many virtual arms, evaluated with the true arm       |
+//! | [`sweep`]       | a scenario with every combination of several values          |
 //! | [`plot`]        | plots of a run                                               |
 //! | [`design`]      | a set-up's gain, poles, margins and step response            |
 //! | [`identify`]    | identification of an arm's model from logs                   |
@@ -27,3 +28,4 @@ pub mod run;
 pub mod run_folder;
 pub mod run_page;
 pub mod scenario;
+pub mod sweep;

@@ -7,8 +7,8 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use crate::args::{OutputArgs, TaskArgs};
 use crate::commands::{
     Outcome, arm, bench, calibrate, clear, completions, config, design, diff, disarm, export,
-    fault_campaign, foxglove, hand, identify, info, man, paper, params, plot, push, replay, run,
-    scan, serve, servo, status, stop, watch,
+    fault_campaign, foxglove, hand, identify, info, man, paper, params, plants, plot, push, replay,
+    run, scan, serve, servo, status, stop, sweep, watch,
 };
 
 /// Deterministic control of a two-joint Dynamixel arm.
@@ -86,6 +86,12 @@ pub(crate) enum Command {
     /// Run any controller and estimator on any simulated arm, for many seeds.
     #[command(after_help = bench::EXAMPLES)]
     Bench(bench::BenchArgs),
+    /// Run a scenario with every combination of several values, for many seeds.
+    #[command(after_help = sweep::EXAMPLES)]
+    Sweep(Box<sweep::SweepArgs>),
+    /// List the virtual arms that ship, and explain the keys of a plant file.
+    #[command(after_help = plants::EXAMPLES)]
+    Plants(plants::PlantsArgs),
     /// Inject every kind of fault in simulation, and check the board's reaction.
     #[command(after_help = fault_campaign::EXAMPLES)]
     FaultCampaign(fault_campaign::FaultCampaignArgs),
@@ -134,6 +140,8 @@ impl Command {
             Self::Diff(args) => diff::run(args),
             Self::Replay(args) => replay::run(args),
             Self::Bench(args) => bench::run(args),
+            Self::Sweep(args) => sweep::run(args),
+            Self::Plants(args) => plants::run(args),
             Self::FaultCampaign(args) => fault_campaign::run(args),
             Self::Paper(args) => paper::run(args),
             Self::Serve(args) => serve::run(args),

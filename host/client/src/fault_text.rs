@@ -1,6 +1,7 @@
 //! Faults and modes as text: the cause, the measured value against its limit, and the
 //! remedy.
 
+use crate::number_text::beside_limit;
 use armbridge_shared::link::message::{Drive, Fault, Mode, OffReport, OffState, StopSource, Trip};
 
 /// Explanation of a trip for the user. Lines without a full stop.
@@ -147,9 +148,8 @@ pub fn cause_and_remedy(fault: Fault) -> (&'static str, &'static str) {
 fn measured(trip: &Trip) -> Option<String> {
     let Trip { value, limit, .. } = *trip;
     let against = |unit: &str, digits: usize| {
-        Some(format!(
-            "{value:.digits$} {unit}, allowed are {limit:.digits$}"
-        ))
+        let [value, limit] = beside_limit(value, limit, digits);
+        Some(format!("{value} {unit}, allowed are {limit}"))
     };
     match trip.fault {
         Fault::AngleLimit | Fault::Diverged => against("rad", 3),

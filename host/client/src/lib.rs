@@ -27,6 +27,7 @@ pub mod event_queue;
 pub mod experiment_text;
 pub mod fault_text;
 pub mod host;
+pub mod number_text;
 pub mod params;
 #[cfg(unix)]
 pub mod pty;

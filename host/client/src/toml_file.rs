@@ -1,6 +1,8 @@
 //! TOML files written by users, with the place of every key and value: an error names
 //! file, line, column and the line itself.
 
+pub mod keys;
+
 use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;

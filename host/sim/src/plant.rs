@@ -25,7 +25,7 @@ mod hand;
 
 pub use body::{Body, Friction, Impact};
 pub use config::PlantConfig;
-pub use file::{KeyConflict, PlantFile};
+pub use file::{BuiltinPlant, KEYS, KeyConflict, PLANTS, PlantError, PlantFile};
 
 use std::collections::VecDeque;
 

@@ -1,19 +1,19 @@
-//! Parallel runs over seeds.
+//! Runs in parallel, on one thread per processor.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
 
-/// Calls `run` for every seed, on one thread per processor, and `done` on the calling
+/// Calls `run` for every item, on one thread per processor, and `done` on the calling
 /// thread after each, with the number of finished runs. Results are in the order of the
-/// seeds.
+/// items.
 ///
 /// # Errors
 ///
-/// The first error in the order of the seeds.
-pub fn for_seeds<T: Send, E: Send>(
-    seeds: &[u64],
-    run: impl Fn(u64) -> Result<T, E> + Sync,
+/// The first error in the order of the items.
+pub fn for_each<I: Sync, T: Send, E: Send>(
+    items: &[I],
+    run: impl Fn(&I) -> Result<T, E> + Sync,
     mut done: impl FnMut(usize),
 ) -> Result<Vec<T>, E> {
     let threads = thread::available_parallelism().map_or(1, usize::from);
@@ -21,15 +21,15 @@ pub fn for_seeds<T: Send, E: Send>(
     let (sender, receiver) = mpsc::channel();
     let mut results: Vec<(usize, Result<T, E>)> = Vec::new();
     thread::scope(|scope| {
-        for _ in 0..threads.min(seeds.len()) {
+        for _ in 0..threads.min(items.len()) {
             let (next, run, sender) = (&next, &run, sender.clone());
             scope.spawn(move || {
-                while let Some((index, seed)) = {
+                while let Some((index, item)) = {
                     let index = next.fetch_add(1, Ordering::Relaxed);
-                    seeds.get(index).map(|seed| (index, *seed))
+                    items.get(index).map(|item| (index, item))
                 } {
                     // The receiver outlives this thread.
-                    let _ = sender.send((index, run(seed)));
+                    let _ = sender.send((index, run(item)));
                 }
             });
         }
@@ -41,6 +41,19 @@ pub fn for_seeds<T: Send, E: Send>(
     });
     results.sort_by_key(|(index, _)| *index);
     results.into_iter().map(|(_, result)| result).collect()
+}
+
+/// The same for every seed.
+///
+/// # Errors
+///
+/// The first error in the order of the seeds.
+pub fn for_seeds<T: Send, E: Send>(
+    seeds: &[u64],
+    run: impl Fn(u64) -> Result<T, E> + Sync,
+    done: impl FnMut(usize),
+) -> Result<Vec<T>, E> {
+    for_each(seeds, |seed| run(*seed), done)
 }
 
 #[cfg(test)]

@@ -143,14 +143,27 @@ pub enum Base {
     Compensated,
 }
 
+impl Base {
+    /// The one with this name, as a scenario's `control`.
+    pub fn from_name(name: &str) -> Option<Self> {
+        match name {
+            "board" => Some(Self::Board),
+            "paper" => Some(Self::Paper),
+            "compensated" => Some(Self::Compensated),
+            _ => None,
+        }
+    }
+}
+
 /// Change of the board's settings. Arm and calibration remain the board's unless they
 /// are changed by name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Change {
     /// Controller, estimator, friction and period.
     pub base: Base,
-    /// Parameters by name, see [`params`], in order.
-    pub set: Vec<(String, Value)>,
+    /// Parameters by name, see [`params`]: groups that are applied one after the other, so
+    /// that a later one may select another kind of controller.
+    pub groups: Vec<Vec<(String, Value)>>,
 }
 
 impl Change {
@@ -171,8 +184,10 @@ impl Change {
             joints: own.joints,
             ..control
         };
-        let set = self.set.iter().map(|(key, value)| (key.as_str(), value));
-        params::apply(&mut settings, set)?;
+        for group in &self.groups {
+            let pairs = group.iter().map(|(key, value)| (key.as_str(), value));
+            params::apply(&mut settings, pairs)?;
+        }
         Ok(settings)
     }
 }

@@ -5,26 +5,48 @@ use std::path::Path;
 
 use armbridge_client::enum_names;
 use armbridge_client::params;
+use armbridge_client::toml_file::DocumentError;
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::State;
 use armbridge_shared::bridge::SERVO_IDS;
+use armbridge_shared::link::message::Settings;
 use armbridge_shared::servo::Firmware;
-use armbridge_sim::plant::{KeyConflict, PlantConfig, PlantFile, Push};
+use armbridge_sim::plant::{KeyConflict, PlantConfig, PlantError, PlantFile, Push};
 use armbridge_sim::servo_kind::ServoKind;
 use nalgebra::Vector2;
+use toml::Value;
 
-use super::file::{BenchKeys, Expect, File, Pair, PushKeys, ServoName, StepKeys, StopKeys};
+use super::file::{BenchKeys, File, Pair, PushKeys, ServoName, StepKeys, StopKeys};
 use super::mistake::{KeyPath, Mistake};
 use super::steps::{self, microseconds, pairs, times};
-use super::{BenchSpec, Overrides, Scenario, Success};
+use super::{BenchSpec, Overrides, Scenario, ScenarioError, Success};
 use crate::plan_runner::plan::{Base, Change, InitialSettings, Plan, Stop};
 
 /// Default initial angles of the arm in rad.
 pub(super) const INITIAL_RAD: [f64; JOINTS] = [0.30, -0.25];
-/// Largest initial angle: inside the board's angle limit.
-const INITIAL_MAX_RAD: f64 = 1.4;
-/// Largest torque of a push in N m.
-const PUSH_MAX_NM: f64 = 10.0;
+
+/// A mistake in the file, or in an option of the command line.
+#[derive(Debug)]
+pub(super) enum Wrong {
+    File(Mistake),
+    Set(String),
+}
+
+impl Wrong {
+    /// The error, a mistake in the file with its place.
+    pub(super) fn located(self, locate: impl FnOnce(Mistake) -> DocumentError) -> ScenarioError {
+        match self {
+            Self::File(mistake) => locate(mistake).into(),
+            Self::Set(message) => ScenarioError::Set(message),
+        }
+    }
+}
+
+impl From<Mistake> for Wrong {
+    fn from(mistake: Mistake) -> Self {
+        Self::File(mistake)
+    }
+}
 
 /// Converts a file; files that it names are in `folder`.
 pub(super) fn scenario(
@@ -32,23 +54,20 @@ pub(super) fn scenario(
     name: &str,
     folder: Option<&Path>,
     overrides: &Overrides,
-) -> Result<Scenario, Mistake> {
+) -> Result<Scenario, Wrong> {
     let (stop, success) = stop(&file.stop, overrides)?;
-    let mut change = Change {
-        base: overrides.control.unwrap_or(file.control.into()),
-        set: pairs(&file.set),
-    };
-    change.set.extend(overrides.set.iter().cloned());
-    let set = KeyPath::top("set");
-    let settings = change
-        .apply(&overrides.board.unwrap_or_default())
-        .map_err(|error| Mistake::new(set.key(error.key()), &error))?;
-    params::check(&settings).map_err(|error| Mistake::new(set, error))?;
+    let base = overrides.control.unwrap_or(file.control.into());
+    let (change, settings) = settings(base, &pairs(&file.set), overrides)?;
     let bench = bench(&file.bench, folder, overrides)?;
     let initial_rad: Pair = bench.plant.initial.q.map(|q| q as f32).into();
     // A shortened run omits its last steps.
     let is_kept = |step: &&StepKeys| overrides.duration_s.is_none_or(|end_s| step.at_s < end_s);
     let kept = file.step.iter().take_while(is_kept).count();
+    if kept == 0 {
+        let message = "no `[[step]]` begins before the end of the run: without one the arm is \
+                       armed and falls";
+        return Err(Mistake::new(KeyPath::top("step").nth(0).at("at_s"), message).into());
+    }
     let plan = Plan {
         begin: InitialSettings::Changed(change),
         steps: steps::steps(&file.step[..kept], stop.after_us, &settings, initial_rad)?,
@@ -57,7 +76,6 @@ pub(super) fn scenario(
         is_clearing: false,
         is_releasing: false,
     };
-    check_expectations(&file.expect)?;
     Ok(Scenario {
         name: name.into(),
         title: file.title.clone(),
@@ -68,7 +86,59 @@ pub(super) fn scenario(
         bench,
         success,
         expect: file.expect,
+        notes: notes(base, overrides),
     })
+}
+
+/// The change of the board's settings, and the settings that it makes. The configuration
+/// file's parameters are in force below the scenario's where the control is the board's own.
+pub(super) fn settings(
+    base: Base,
+    set: &[(String, Value)],
+    overrides: &Overrides,
+) -> Result<(Change, Settings), Wrong> {
+    let board = overrides.board.unwrap_or_default();
+    let place = KeyPath::top("set");
+    let configured = if base == Base::Board {
+        overrides.configured.clone()
+    } else {
+        Vec::new()
+    };
+    let mut change = Change {
+        base,
+        groups: vec![configured, set.to_vec()],
+    };
+    let of_file = change
+        .apply(&board)
+        .map_err(|error| Mistake::new(place.key(error.key()), &error))?;
+    if overrides.set.is_empty() {
+        params::check(&of_file).map_err(|error| Mistake::new(place, error))?;
+        return Ok((change, of_file));
+    }
+    change.groups.push(overrides.set.clone());
+    let settings = change
+        .apply(&board)
+        .map_err(|error| Wrong::Set(error.to_string()))?;
+    params::check(&settings).map_err(|error| Wrong::Set(error.to_string()))?;
+    Ok((change, settings))
+}
+
+/// Remarks before the run begins.
+pub(super) fn notes(base: Base, overrides: &Overrides) -> Vec<String> {
+    let Some((first, _)) = overrides.configured.first() else {
+        return Vec::new();
+    };
+    if base == Base::Board {
+        return Vec::new();
+    }
+    let more = match overrides.configured.len() - 1 {
+        0 => String::new(),
+        count => format!(" and {count} more"),
+    };
+    vec![format!(
+        "note: the run has a control of its own: `{first}`{more} in armbridge.toml is not in force; \
+         `--control board` puts it in force"
+    )]
 }
 
 fn stop(keys: &StopKeys, overrides: &Overrides) -> Result<(Stop, Vec<Success>), Mistake> {
@@ -77,15 +147,6 @@ fn stop(keys: &StopKeys, overrides: &Overrides) -> Result<(Stop, Vec<Success>), 
     let after_us = microseconds(&place.at("after_s"), after_s)?;
     if after_us == 0 {
         return Err(Mistake::new(place.at("after_s"), "expected more than 0 s"));
-    }
-    for (name, angles) in [
-        ("angle_beyond_rad", keys.angle_beyond_rad),
-        ("error_beyond_rad", keys.error_beyond_rad),
-    ] {
-        let is_wrong = |angle: &f32| !(*angle > 0.0 && angle.is_finite());
-        if angles.is_some_and(|angles| angles.iter().any(is_wrong)) {
-            return Err(Mistake::new(place.at(name), "expected two angles above 0"));
-        }
     }
     let stop = Stop {
         after_us,
@@ -114,18 +175,13 @@ fn stop(keys: &StopKeys, overrides: &Overrides) -> Result<(Stop, Vec<Success>), 
     Ok((stop, success.collect::<Result<_, _>>()?))
 }
 
-fn bench(
+pub(super) fn bench(
     keys: &BenchKeys,
     folder: Option<&Path>,
     overrides: &Overrides,
 ) -> Result<BenchSpec, Mistake> {
     let place = KeyPath::top("bench");
     let initial_rad = keys.initial_rad.unwrap_or(INITIAL_RAD);
-    if !initial_rad.iter().all(|q| q.abs() <= INITIAL_MAX_RAD) {
-        let message =
-            format!("expected two angles from -{INITIAL_MAX_RAD} to {INITIAL_MAX_RAD} rad");
-        return Err(Mistake::new(place.at("initial_rad"), message));
-    }
     let initial_rad = overrides.initial_rad.unwrap_or(initial_rad);
     let mut plant = match (overrides.plant, &keys.plant_file, &keys.plant) {
         (Some(file), ..) => file.config(initial_rad),
@@ -134,14 +190,13 @@ fn bench(
             return Err(Mistake::new(place.at("plant_file"), message));
         }
         (None, Some(name), None) => {
-            let path = folder.map_or_else(|| name.into(), |folder| folder.join(name));
             let at = place.at("plant_file");
-            let file = PlantFile::read(&path).map_err(|error| Mistake::new(at, error))?;
+            let file = plant_file(name, folder).map_err(|error| Mistake::new(at, error))?;
             file.config(initial_rad)
         }
         (None, None, Some(file)) => match file.conflict() {
             Some(KeyConflict { key, message }) => {
-                return Err(Mistake::new(place.at("plant").at(key), message));
+                return Err(Mistake::new(place.at("plant").key(&key), message));
             }
             None => file.config(initial_rad),
         },
@@ -174,6 +229,15 @@ fn bench(
     })
 }
 
+/// The virtual arm of a file in the scenario's folder, or of one that ships.
+fn plant_file(name: &str, folder: Option<&Path>) -> Result<PlantFile, PlantError> {
+    let beside = folder.map(|folder| folder.join(name));
+    match beside.filter(|path| path.exists()) {
+        Some(path) => Ok(PlantFile::read(&path)?),
+        None => PlantFile::load(name),
+    }
+}
+
 fn pushes(keys: &BenchKeys, end_us: u64, overrides: &Overrides) -> Result<Vec<Push>, Mistake> {
     // A shortened run omits its last pushes.
     let is_kept = |push: &PushKeys| overrides.duration_s.is_none_or(|end_s| push.at_s < end_s);
@@ -183,14 +247,7 @@ fn pushes(keys: &BenchKeys, end_us: u64, overrides: &Overrides) -> Result<Vec<Pu
             continue;
         }
         let place = KeyPath::top("bench").at("push").nth(number);
-        let joint = key.joint.wrapping_sub(1);
-        if joint >= JOINTS {
-            return Err(Mistake::new(place.at("joint"), "expected joint 1 or 2"));
-        }
-        if key.torque_nm.is_nan() || key.torque_nm.abs() > PUSH_MAX_NM {
-            let message = format!("expected a torque from -{PUSH_MAX_NM} to {PUSH_MAX_NM} N m");
-            return Err(Mistake::new(place.at("torque_nm"), message));
-        }
+        let joint = key.joint.saturating_sub(1);
         let duration_us = microseconds(&place.at("duration_s"), key.duration_s)?;
         let at_us = microseconds(&place.at("at_s"), key.at_s)?;
         let times = times(&place, at_us, key.every_s, end_us)?;
@@ -203,20 +260,4 @@ fn pushes(keys: &BenchKeys, end_us: u64, overrides: &Overrides) -> Result<Vec<Pu
     }
     pushes.sort_by_key(|push| push.start_ns);
     Ok(pushes)
-}
-
-fn check_expectations(expect: &Expect) -> Result<(), Mistake> {
-    for (name, value) in [
-        ("settles_within_s", expect.settles_within_s),
-        ("rests_within_rad", expect.rests_within_rad),
-        ("tracks_within_rad", expect.tracks_within_rad),
-        ("recovers_within_s", expect.recovers_within_s),
-        ("torque_within_nm", expect.torque_within_nm),
-    ] {
-        if value.is_some_and(|value| !(value > 0.0 && value.is_finite())) {
-            let place = KeyPath::top("expect").at(name);
-            return Err(Mistake::new(place, "expected a number above 0"));
-        }
-    }
-    Ok(())
 }

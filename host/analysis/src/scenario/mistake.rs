@@ -10,6 +10,8 @@ use armbridge_client::toml_file::DocumentError;
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue};
 
+use super::keys::TABLES;
+
 /// Path of a key from the top of the file: names, and indices in lists.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct KeyPath(Vec<Segment>);
@@ -41,6 +43,14 @@ impl KeyPath {
         self.with(Segment::Index(number))
     }
 
+    /// The first number of a list's entry in it.
+    pub(super) fn first_index(&self) -> Option<usize> {
+        self.0.iter().find_map(|segment| match segment {
+            Segment::Index(number) => Some(*number),
+            Segment::Name(_) => None,
+        })
+    }
+
     fn with(&self, part: Segment) -> Self {
         Self(self.0.iter().cloned().chain([part]).collect())
     }
@@ -70,8 +80,10 @@ pub(super) struct Text<'a> {
 }
 
 impl Text<'_> {
-    /// Parses the text.
+    /// Checks the text against the table of keys, and parses it.
     pub(super) fn parse<T: for<'de> Deserialize<'de>>(&self) -> Result<T, DocumentError> {
+        toml_file::keys::check(self.text, &TABLES)
+            .map_err(|error| self.error(error.at.start, error.message))?;
         toml::from_str(self.text).map_err(|error| {
             let byte = error.span().unwrap_or_default().start;
             self.error(byte, reworded(error.message()))
@@ -83,7 +95,8 @@ impl Text<'_> {
         self.error(self.find(&place).unwrap_or_default().start, message)
     }
 
-    fn error(&self, byte: usize, message: String) -> DocumentError {
+    /// Error at a byte of the text.
+    pub(super) fn error(&self, byte: usize, message: String) -> DocumentError {
         DocumentError::Wrong {
             place: toml_file::Place::from_offset(self.file, self.text, byte),
             message,

@@ -24,14 +24,7 @@
 //! tracks_within_rad = 0.01
 //! ```
 //!
-//! | table       | keys                                                           |
-//! |-------------|----------------------------------------------------------------|
-//! | top         | `title`, `about`, `control`, `baseline`: a control to compare with |
-//! | `[set]`     | any of the board's parameters, see [`params`]   |
-//! | `[[step]]`  | `at_s`, `every_s`, and one of `regulate_rad`, `torque_nm`, `minimum_jerk`, `waypoints`, `sinusoid`, `chirp`, `stream`, `experiment`, `set`, `idle`, `arm` |
-//! | `[bench]`   | `seed`, `initial_rad`, `friction`, `plant_file` or `[bench.plant]`, `servos`, `baud`, `[[bench.push]]` |
-//! | `[stop]`    | `after_s`, `angle_beyond_rad`, `error_beyond_rad`, `error_for_s`, `success` |
-//! | `[expect]`  | see [`Expect`]                                                 |
+//! [`KEYS`] has every key with its range and meaning: it checks the file and explains it.
 //!
 //! An experiment is written as the link carries it, see
 //! [`Experiment`](armbridge_shared::link::experiment::Experiment):
@@ -59,7 +52,9 @@ mod check;
 mod expectation;
 mod experiment;
 mod file;
+mod keys;
 mod mistake;
+mod motion;
 mod preview;
 mod reference;
 mod steps;
@@ -69,9 +64,10 @@ mod tests;
 pub use builtin::{BUILTINS, Builtin};
 pub use expectation::ExpectationMonitor;
 pub use file::{EndName, Expect};
+pub use keys::KEYS;
 pub use preview::{JointPreview, Preview, ReferencePoint, Stage};
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use armbridge_client::enum_names;
 use armbridge_client::params;
@@ -108,6 +104,8 @@ pub struct Scenario {
     pub success: Vec<Success>,
     /// Expectations of the arm.
     pub expect: Expect,
+    /// Remarks before the run begins, one line each.
+    pub notes: Vec<String>,
 }
 
 /// The virtual arm of a scenario.
@@ -135,6 +133,9 @@ pub struct Overrides {
     pub control: Option<Base>,
     /// Parameters by name, applied after those of the scenario.
     pub set: Vec<(String, Value)>,
+    /// Parameters of the configuration file, applied before those of the scenario if the
+    /// control is the board's own.
+    pub configured: Vec<(String, Value)>,
     /// Duration of the run.
     pub duration_s: Option<f64>,
     /// Seed of the bench.
@@ -212,21 +213,47 @@ pub enum ScenarioError {
     /// The file cannot be read or contains a mistake.
     #[error(transparent)]
     File(#[from] DocumentError),
+    /// A parameter from the command line is not permitted.
+    #[error("--set: {0}")]
+    Set(String),
 }
 
-impl Scenario {
-    /// Loads the file with this path, or the built-in scenario with this name.
+/// Text of a scenario: read once, and parsed with any overrides.
+#[derive(Clone, Debug)]
+pub struct ScenarioText {
+    file: PathBuf,
+    text: String,
+}
+
+impl ScenarioText {
+    /// Reads the file with this path, the built-in scenario with this name, or standard
+    /// input for `-`.
     ///
     /// # Errors
-    /// See [`ScenarioError`].
-    pub fn load(name: &str, overrides: &Overrides) -> Result<Self, ScenarioError> {
+    /// If there is no such scenario, or it cannot be read.
+    pub fn read(name: &str) -> Result<Self, ScenarioError> {
         let path = Path::new(name);
+        let unreadable = |path: &Path, source| DocumentError::Read {
+            path: path.into(),
+            source,
+        };
+        if name == "-" {
+            let file = Path::new("stdin");
+            let text = std::io::read_to_string(std::io::stdin());
+            return Ok(Self {
+                file: file.into(),
+                text: text.map_err(|source| unreadable(file, source))?,
+            });
+        }
         let is_path = path
             .extension()
-            .is_some_and(|extension| extension == "toml")
+            .is_some_and(|extension| extension == "toml" || extension == motion::EXTENSION)
             || path.components().count() > 1;
         if let (false, Some(builtin)) = (is_path, Builtin::find(name)) {
-            return Ok(Self::parse(&builtin.file(), builtin.text, overrides)?);
+            return Ok(Self {
+                file: builtin.file(),
+                text: builtin.text.into(),
+            });
         }
         if !is_path && !path.exists() {
             let names = BUILTINS.iter().map(|builtin| builtin.name);
@@ -235,22 +262,47 @@ impl Scenario {
                 nearest: params::nearest(name, names),
             });
         }
-        let text = std::fs::read_to_string(path).map_err(|source| DocumentError::Read {
-            path: path.into(),
-            source,
-        })?;
-        Ok(Self::parse(path, &text, overrides)?)
+        let text = std::fs::read_to_string(path).map_err(|source| unreadable(path, source))?;
+        Ok(Self {
+            file: path.into(),
+            text,
+        })
     }
 
-    /// Parses the text of a file; other files that it names are in the same folder.
+    /// The scenario with these overrides.
     ///
     /// # Errors
     /// The first mistake.
-    pub fn parse(file: &Path, text: &str, overrides: &Overrides) -> Result<Self, DocumentError> {
+    pub fn scenario(&self, overrides: &Overrides) -> Result<Scenario, ScenarioError> {
+        Scenario::parse(&self.file, &self.text, overrides)
+    }
+}
+
+impl Scenario {
+    /// Loads the scenario with this name, see [`ScenarioText::read`].
+    ///
+    /// # Errors
+    /// See [`ScenarioError`].
+    pub fn load(name: &str, overrides: &Overrides) -> Result<Self, ScenarioError> {
+        ScenarioText::read(name)?.scenario(overrides)
+    }
+
+    /// Parses the text of a file; other files that it names are in the same folder. A file
+    /// that ends in `.csv` is a [`motion`].
+    ///
+    /// # Errors
+    /// The first mistake.
+    pub fn parse(file: &Path, text: &str, overrides: &Overrides) -> Result<Self, ScenarioError> {
+        let name = file.file_stem().unwrap_or_default().to_string_lossy();
         let text = Text { file, text };
+        if file
+            .extension()
+            .is_some_and(|extension| extension == motion::EXTENSION)
+        {
+            return motion::scenario(text, &name, overrides);
+        }
         let keys = text.parse()?;
-        let name = file.file_stem().unwrap_or_default();
-        check::scenario(&keys, &name.to_string_lossy(), file.parent(), overrides)
-            .map_err(|mistake| text.locate(mistake))
+        check::scenario(&keys, &name, file.parent(), overrides)
+            .map_err(|wrong| wrong.located(|mistake| text.locate(mistake)))
     }
 }

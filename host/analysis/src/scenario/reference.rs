@@ -1,5 +1,6 @@
 //! Prediction of the reference by the board's planner.
 
+use armbridge_client::number_text::beside_limit;
 use armbridge_shared::bridge::limits::MOTION;
 use armbridge_shared::bridge::permits;
 use armbridge_shared::control::Reference;
@@ -144,8 +145,6 @@ impl ReferenceSource {
         points: &[plan::Point],
         place: &KeyPath,
     ) -> Result<(), Mistake> {
-        /// Number of points that the runner keeps on the board.
-        const AHEAD: usize = 5;
         let Some(end) = points.last() else {
             return Err(Mistake::new(
                 place.clone(),
@@ -194,6 +193,39 @@ impl ReferenceSource {
         })
     }
 }
+
+/// Computes the reference that the board makes of a stream's points, from rest at `start`,
+/// every `step_us` until its end. Points are accepted: they have been checked.
+pub(super) fn follow_stream(
+    start: &Reference<f32>,
+    points: &[plan::Point],
+    step_us: u64,
+    see: &mut impl FnMut(u64, &Reference<f32>),
+) {
+    let (Ok(mut stream), Some(end)) = (Stream::new(start, 0, &MOTION), points.last()) else {
+        return;
+    };
+    let mut points = points.iter().peekable();
+    for now_us in (0..=end.after_us).step_by(step_us as usize) {
+        while let Some(point) = points.peek()
+            && stream.points() < AHEAD
+        {
+            let point = Point {
+                at_us: point.after_us,
+                q: point.angle_rad.into(),
+                dq: point.speed_rad_s.map(Into::into),
+            };
+            if stream.push(now_us, point).is_err() {
+                return;
+            }
+            points.next();
+        }
+        see(now_us, &stream.advance(now_us));
+    }
+}
+
+/// Number of points that the runner keeps on the board.
+const AHEAD: usize = 5;
 
 /// Checks whether the board would accept an experiment. If the arm's angles are unknown, the
 /// check uses the middle of the envelope, and leaves the range of the reference to the
@@ -267,12 +299,12 @@ fn mistake(place: &KeyPath, error: &Error<f32>) -> Mistake {
 }
 
 fn peak_text(peak: &Peak<f32>) -> String {
+    let [value, limit] = beside_limit(peak.value, peak.limit, 3);
     format!(
-        "joint {} would reach {:.3} {unit} after {:.3} s, more than the board allows: {} {unit}",
+        "joint {} would reach {value} {unit} after {:.3} s, more than the board allows: {limit} \
+         {unit}",
         peak.joint + 1,
-        peak.value,
         peak.at_s,
-        peak.limit,
         unit = unit(peak.quantity),
     )
 }
@@ -293,15 +325,15 @@ fn point_mistake(place: &KeyPath, error: &stream::Error<f32>) -> Mistake {
             joint,
             quantity,
             value,
-        } => (
-            place.clone(),
-            format!(
-                "joint {} would reach {value:.3} {unit}, more than the board allows: {} {unit}",
-                joint + 1,
-                MOTION.of(*quantity),
-                unit = unit(*quantity)
-            ),
-        ),
+        } => {
+            let [value, limit] = beside_limit(*value, MOTION.of(*quantity), 3);
+            let (joint, unit) = (joint + 1, unit(*quantity));
+            let message = format!(
+                "joint {joint} would reach {value} {unit}, more than the board allows: {limit} \
+                 {unit}"
+            );
+            (place.clone(), message)
+        }
     };
     Mistake { place, message }
 }

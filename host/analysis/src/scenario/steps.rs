@@ -1,10 +1,7 @@
 //! Conversion of written steps to a timeline.
 
 use armbridge_client::params;
-use armbridge_shared::JOINTS;
-use armbridge_shared::bridge::limits::REFERENCE_MAX_RAD;
 use armbridge_shared::control::trajectory::WAYPOINTS_MAX;
-use armbridge_shared::link::limits::hard;
 use armbridge_shared::link::message::{Command, Settings};
 use armbridge_shared::link::motion::{Motion, Via};
 use toml::Table;
@@ -212,11 +209,9 @@ impl StepKeys {
     fn parse_action(&self, at: &KeyPath) -> Result<Action, Mistake> {
         let follow = |motion| Action::Command(Box::new(Command::Follow(motion)));
         if let Some(angles) = self.regulate_rad {
-            within(at, angles, REFERENCE_MAX_RAD, "rad")?;
             return Ok(Action::Command(Box::new(Command::Regulate(angles))));
         }
         if let Some(torques) = self.torque_nm {
-            within(at, torques, hard::TORQUE_NM, "N m")?;
             return Ok(Action::Command(Box::new(Command::Torque(torques))));
         }
         if let Some(keys) = &self.minimum_jerk {
@@ -270,20 +265,6 @@ impl StepKeys {
     }
 }
 
-fn within(at: &KeyPath, values: [f32; JOINTS], limit: f32, unit: &str) -> Result<(), Mistake> {
-    let beyond = values
-        .iter()
-        .position(|value| value.is_nan() || value.abs() > limit);
-    beyond.map_or(Ok(()), |joint| {
-        let message = format!(
-            "{} {unit} for joint {} is outside the board's range from -{limit} to {limit}",
-            values[joint],
-            joint + 1
-        );
-        Err(Mistake::new(at.nth(joint), message))
-    })
-}
-
 fn waypoints(at: &KeyPath, keys: &[ViaKeys]) -> Result<Motion, Mistake> {
     let mut vias = [None; WAYPOINTS_MAX];
     if keys.len() > WAYPOINTS_MAX {
@@ -323,7 +304,7 @@ fn change_under_torque(at: &KeyPath, table: &Table) -> Result<Change, Mistake> {
     }
     Ok(Change {
         base: Base::Board,
-        set,
+        groups: vec![set],
     })
 }
 

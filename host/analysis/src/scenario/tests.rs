@@ -7,7 +7,7 @@ use armbridge_sim::link::{BoardUri, Options, drive};
 use super::*;
 use crate::plan_runner::{PlanRunner, RecordSink};
 
-fn parse(text: &str) -> Result<Scenario, DocumentError> {
+fn parse(text: &str) -> Result<Scenario, ScenarioError> {
     Scenario::parse(Path::new("mine.toml"), text, &Overrides::default())
 }
 

@@ -5,6 +5,7 @@ mod expose;
 mod link;
 mod output;
 mod simulation;
+pub(crate) mod suggestions;
 mod task;
 pub(crate) mod values;
 

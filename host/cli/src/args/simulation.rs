@@ -1,13 +1,12 @@
 //! The simulated arm and its servos.
 
-use std::path::PathBuf;
-
 use armbridge_shared::bridge::SERVO_IDS;
 use armbridge_shared::servo::Firmware;
 use armbridge_sim::servo_kind;
 use armbridge_sim::servo_kind::{KindError, ServoKind};
 use clap::Args;
 
+use super::suggestions::plants;
 use super::values::angles;
 
 /// The virtual arm.
@@ -20,9 +19,9 @@ pub(crate) struct ArmArgs {
     /// [default: 0.3,-0.25, or as the plant file sets them].
     #[arg(long, value_name = "RAD,RAD", value_parser = angles, allow_hyphen_values = true)]
     pub(crate) initial: Option<[f64; 2]>,
-    /// File that describes the virtual arm, such as host/plants/default.toml.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) plant: Option<PathBuf>,
+    /// Virtual arm: the name of one that ships (`armbridge plants`), or a file.
+    #[arg(long, value_name = "NAME|FILE", value_parser = plants(), hide_possible_values = true)]
+    pub(crate) plant: Option<String>,
     /// Simulate the arm without dry friction.
     #[arg(long)]
     pub(crate) no_friction: bool,

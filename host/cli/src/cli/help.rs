@@ -24,7 +24,16 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ("Logs", &["info", "plot", "export", "diff", "replay"]),
     (
         "Simulation",
-        &["serve", "push", "hand", "bench", "fault-campaign", "paper"],
+        &[
+            "serve",
+            "push",
+            "hand",
+            "sweep",
+            "plants",
+            "bench",
+            "fault-campaign",
+            "paper",
+        ],
     ),
     ("Shell", &["completions", "man", "help"]),
 ];

@@ -22,6 +22,7 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use super::Outcome;
+use crate::args::suggestions::plants;
 use crate::args::values::{
     Seeds, angles, duration, not_negative, numbers, period, positive, seeds, weights,
 };
@@ -31,7 +32,7 @@ Examples:
   armbridge bench
   armbridge bench --estimator luenberger --friction 0,0 --seeds 1..20
   armbridge bench --controller computed-torque --natural 20,20 --reference sine:0.3,0.3,1
-  armbridge bench --plant host/plants/dead-zone.toml --disturb 1,0.2,3,0.05 --loss 0.2
+  armbridge bench --plant dead-zone --disturb 1,0.2,3,0.05 --loss 0.2
 
 Unspecified options use the recommended settings: the LQR, the Kalman filter, and
 0.04 N m against friction. Results are of the true arm's worse joint.";
@@ -52,9 +53,9 @@ pub(crate) struct BenchArgs {
     /// Tick period in µs.
     #[arg(long, value_name = "US", default_value_t = 1_000, value_parser = period)]
     pub(crate) period_us: u32,
-    /// File that describes the virtual arm, such as host/plants/default.toml.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) plant: Option<PathBuf>,
+    /// Virtual arm: the name of one that ships (`armbridge plants`), or a file.
+    #[arg(long, value_name = "NAME|FILE", value_parser = plants(), hide_possible_values = true)]
+    pub(crate) plant: Option<String>,
     /// Reference: upright, hold:Q1,Q2, step:Q1,Q2, min-jerk:Q1,Q2[,S], sine:A1,A2,HZ or
     /// chirp:A1,A2,HZ,HZ; in rad. Motions begin upright, after 2 s.
     #[arg(long, value_name = "WHAT", default_value = "upright")]
@@ -280,7 +281,7 @@ impl Described {
 
 fn trial(args: &BenchArgs) -> Result<Trial, Box<dyn std::error::Error>> {
     let file = match &args.plant {
-        Some(path) => PlantFile::read(path)?,
+        Some(name) => PlantFile::load(name)?,
         None => PlantFile::default(),
     };
     let mut plant = file.config(INITIAL_RAD);

@@ -65,8 +65,10 @@ pub(crate) fn run(args: &ConfigArgs) -> Outcome {
     write!(out, "{}", text_table::columns(&rows))?;
     let remark = match config.file() {
         Some(file) if config.has_settings() => format!(
-            "A board has settings of its own: `armbridge params --from {}` sends it what is here for \
-             it, and `design` counts with that.",
+            "Runs whose control is the board's own take setup.*, controller.* and estimator.*\n\
+             from here, those of a scenario with another control with `--control board`;\n\
+             limits, model and calibration are always the board's. `armbridge params --from\n\
+             {}` sends a board all of it, and `design` counts with it.",
             file.display()
         ),
         Some(_) => "The file sets nothing on the board, which keeps its own settings.".to_owned(),

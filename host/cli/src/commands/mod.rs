@@ -18,6 +18,7 @@ pub(crate) mod info;
 pub(crate) mod man;
 pub(crate) mod paper;
 pub(crate) mod params;
+pub(crate) mod plants;
 pub(crate) mod plot;
 pub(crate) mod push;
 pub(crate) mod replay;
@@ -27,6 +28,7 @@ pub(crate) mod serve;
 pub(crate) mod servo;
 pub(crate) mod status;
 pub(crate) mod stop;
+pub(crate) mod sweep;
 pub(crate) mod watch;
 
 mod ask;

@@ -1,14 +1,15 @@
 //! `armbridge run`: runs a scenario on any board.
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use armbridge::config::Config;
 use armbridge_analysis::plan_runner::plan::Base;
 use armbridge_analysis::run::{BASELINE_LOG, Baseline, Files, RUN_LOG, RunHost, RunSpec};
 use armbridge_analysis::run_folder::RunFolder;
-use armbridge_analysis::scenario::{BUILTINS, Builtin, ExpectationMonitor, Overrides, Scenario};
-use armbridge_client::params;
+use armbridge_analysis::scenario::{
+    BUILTINS, Builtin, ExpectationMonitor, KEYS, Overrides, Scenario, ScenarioText,
+};
+use armbridge_client::toml_file::keys;
 use armbridge_client::transport::LinkUri;
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::text_table;
@@ -21,6 +22,7 @@ use toml::Value;
 
 use super::finish::{Description, finish};
 use super::{Error, Outcome, transparent_port};
+use crate::args::suggestions::{parameters, plants, scenarios};
 use crate::args::values::{angles, duration};
 use crate::args::{ExposeArgs, LinkArgs, OutputArgs, PaceName, VirtualServoArgs};
 
@@ -45,8 +47,9 @@ expectation, records lost), 2 there was no run, 130 ended by ctrl-c.";
 #[expect(clippy::struct_excessive_bools, reason = "each is a switch of its own")]
 #[derive(Args, Clone, Debug)]
 pub(crate) struct RunArgs {
-    /// Scenario: a file, or the name of one that ships.
-    #[arg(default_value = "demo")]
+    /// Scenario: a file, the name of one that ships, or - for standard input; or a motion
+    /// as CSV.
+    #[arg(default_value = "demo", value_parser = scenarios(), hide_possible_values = true)]
     pub(crate) scenario: String,
     /// List the scenarios that ship.
     #[arg(long)]
@@ -57,13 +60,16 @@ pub(crate) struct RunArgs {
     /// Print the file of a scenario that ships.
     #[arg(long, conflicts_with = "check")]
     pub(crate) show: bool,
+    /// Print every key of a scenario file with its range and meaning.
+    #[arg(long)]
+    pub(crate) explain: bool,
     #[command(flatten)]
     pub(crate) link: LinkArgs,
     /// Controller and estimator, instead of the scenario's own.
     #[arg(long, value_enum)]
     pub(crate) control: Option<ControlName>,
     /// Change a parameter of the board for this run; may be repeated.
-    #[arg(long, value_name = "KEY=VALUE", value_parser = params::pair)]
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parameters(), hide_possible_values = true)]
     pub(crate) set: Vec<(String, Value)>,
     /// Length of the run in s, instead of the scenario's own; repeated motions go on
     /// until then.
@@ -93,10 +99,10 @@ pub(crate) struct SimulatedArgs {
     /// scenario's own.
     #[arg(long, value_name = "RAD,RAD", value_parser = angles, allow_hyphen_values = true)]
     pub(crate) initial: Option<[f64; JOINTS]>,
-    /// File that describes the virtual arm, instead of the scenario's own, such as
-    /// host/plants/default.toml.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) plant: Option<PathBuf>,
+    /// Virtual arm instead of the scenario's own: the name of one that ships (`armbridge
+    /// plants`), or a file.
+    #[arg(long, value_name = "NAME|FILE", value_parser = plants(), hide_possible_values = true)]
+    pub(crate) plant: Option<String>,
     /// Simulate the arm without dry friction.
     #[arg(long)]
     pub(crate) no_friction: bool,
@@ -135,18 +141,19 @@ impl From<ControlName> for Base {
 }
 
 impl RunArgs {
-    fn overrides(&self) -> Result<Overrides, Error> {
+    fn overrides(&self, config: &Config) -> Result<Overrides, Error> {
         let simulated = &self.simulated;
         Ok(Overrides {
             control: self.control.map(Base::from),
             set: self.set.clone(),
+            configured: config.control(),
             duration_s: self.duration,
             seed: simulated.seed,
             initial_rad: simulated.initial,
             plant: simulated
                 .plant
                 .as_deref()
-                .map(PlantFile::read)
+                .map(PlantFile::load)
                 .transpose()?,
             friction: simulated.no_friction.then_some(false),
             servos: simulated.servos.requested()?,
@@ -163,15 +170,25 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
     if args.show {
         return show(name);
     }
-    let mut scenario = Scenario::load(name, &args.overrides()?)?;
+    if args.explain {
+        print!("{}", keys::explain(&KEYS));
+        return Ok(ExitCode::SUCCESS);
+    }
+    let config = Config::discover()?;
+    let text = ScenarioText::read(name)?;
+    let overrides = args.overrides(&config)?;
+    let mut scenario = text.scenario(&overrides)?;
     if args.check {
         println!("{name} is in order: {}", scenario.title);
+        scenario.notes.iter().for_each(|note| println!("{note}"));
         return Ok(ExitCode::SUCCESS);
+    }
+    if !args.output.quiet {
+        scenario.notes.iter().for_each(|note| eprintln!("{note}"));
     }
     scenario.plan.is_clearing = args.clear;
     scenario.plan.is_releasing = args.release;
 
-    let config = Config::discover()?;
     let link = config.link(args.link.link.as_ref())?;
     let staging = Staging {
         config: &config,
@@ -187,7 +204,7 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
     )?;
     let base = config.out(args.output.out.as_deref());
     let folder = RunFolder::create(Some(&base), &scenario.name)?;
-    let baseline = match baseline(args, &scenario, &link)? {
+    let baseline = match baseline(&text, overrides, &scenario, &link)? {
         Some((control, baseline)) => Some(staging.baseline(control, baseline, &folder)?),
         None => None,
     };
@@ -213,7 +230,8 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
 /// The scenario with the control of its baseline; none where the arm is real, or where the
 /// run has this control.
 fn baseline(
-    args: &RunArgs,
+    text: &ScenarioText,
+    overrides: Overrides,
     scenario: &Scenario,
     link: &BoardUri,
 ) -> Result<Option<(Base, Scenario)>, Error> {
@@ -223,9 +241,9 @@ fn baseline(
     let overrides = Overrides {
         control: Some(control),
         set: Vec::new(),
-        ..args.overrides()?
+        ..overrides
     };
-    let baseline = Scenario::load(&args.scenario, &overrides)?;
+    let baseline = text.scenario(&overrides)?;
     let is_other = baseline.settings != scenario.settings;
     Ok(is_other.then_some((control, baseline)))
 }

@@ -18,7 +18,7 @@ pub(super) fn plant(args: &ArmArgs) -> Result<Plant, Error> {
 /// Its configuration.
 pub(super) fn config(args: &ArmArgs) -> Result<PlantConfig, Error> {
     let mut plant = match &args.plant {
-        Some(path) => PlantFile::read(path)?.config(INITIAL_RAD),
+        Some(name) => PlantFile::load(name)?.config(INITIAL_RAD),
         None => PlantConfig {
             initial: State::at_rest(INITIAL_RAD.into()),
             ..PlantConfig::default()

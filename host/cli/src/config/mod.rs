@@ -227,6 +227,17 @@ impl Config {
         Ok(base)
     }
 
+    /// The file's parameters of control: what a run takes whose control is the board's own.
+    /// Model, calibration and limits stay the board's.
+    pub fn control(&self) -> Vec<(String, Value)> {
+        const GROUPS: [&str; 3] = ["setup", "controller", "estimator"];
+        let pairs = self.file.iter().flat_map(parameters);
+        pairs
+            .filter(|(parameter, _)| GROUPS.contains(&parameter.group()))
+            .map(|(parameter, value)| (parameter.key.to_owned(), value.clone()))
+            .collect()
+    }
+
     /// Whether the file has settings for the board.
     pub fn has_settings(&self) -> bool {
         self.file

@@ -44,19 +44,19 @@ pub struct Range {
 
 impl Range {
     /// Every finite number.
-    pub(super) const ANY: Self = Self::reals(f64::NEG_INFINITY, f64::INFINITY);
+    pub const ANY: Self = Self::reals(f64::NEG_INFINITY, f64::INFINITY);
     /// 0 and more.
-    pub(super) const FROM_0: Self = Self::reals(0.0, f64::INFINITY);
+    pub const FROM_0: Self = Self::reals(0.0, f64::INFINITY);
     /// More than 0.
-    pub(super) const ABOVE_0: Self = Self::above_0_to(f64::INFINITY);
+    pub const ABOVE_0: Self = Self::above_0_to(f64::INFINITY);
     /// 0 and more, less than 1.
-    pub(super) const BELOW_1: Self = Self {
+    pub const BELOW_1: Self = Self {
         with_high: false,
         ..Self::reals(0.0, 1.0)
     };
 
     /// Both ends included.
-    pub(super) const fn reals(low: f64, high: f64) -> Self {
+    pub const fn reals(low: f64, high: f64) -> Self {
         Self {
             low,
             high,
@@ -67,7 +67,7 @@ impl Range {
     }
 
     /// More than 0.
-    pub(super) const fn above_0_to(high: f64) -> Self {
+    pub const fn above_0_to(high: f64) -> Self {
         Self {
             with_low: false,
             ..Self::reals(0.0, high)
@@ -75,7 +75,7 @@ impl Range {
     }
 
     /// Integers, both ends included.
-    pub(super) const fn whole(low: u32, high: u32) -> Self {
+    pub const fn whole(low: u32, high: u32) -> Self {
         Self {
             whole: true,
             ..Self::reals(low as f64, high as f64)
@@ -83,7 +83,7 @@ impl Range {
     }
 
     /// Whether this number, rounded as it is stored, is inside the equally rounded bounds.
-    pub(super) fn contains(&self, number: f64, rounded: fn(f64) -> f64) -> bool {
+    pub(crate) fn contains(&self, number: f64, rounded: fn(f64) -> f64) -> bool {
         let (x, low, high) = (rounded(number), rounded(self.low), rounded(self.high));
         let above = if self.with_low { x >= low } else { x > low };
         let below = if self.with_high { x <= high } else { x < high };

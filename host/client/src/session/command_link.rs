@@ -28,9 +28,9 @@ pub struct LinkStats {
 /// the silence after which the board brakes the arm and holds it.
 const HEARTBEAT_US: u64 = 25_000;
 
-/// Repetitions of a command to arm while the board learns the noise of the encoders, within 4 s:
-/// 48 ticks take 2.2 s at the paper's period of 45 ms.
-const ENCODER_REPEATS: u32 = 160;
+/// Repetitions of a command to arm while the board learns the noise of the encoders, within 6 s:
+/// 48 ticks take 4.8 s at the longest period, 100 ms.
+const ENCODER_REPEATS: u32 = 240;
 
 /// Message of the board.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,5 +1,6 @@
 //! Remarks on the numbers of a summary.
 
+use armbridge_client::number_text::beside_limit;
 use armbridge_shared::JOINTS;
 
 use super::{Cause, Summary};
@@ -65,7 +66,8 @@ fn cause_text(cause: &Cause) -> String {
     let values = if value == 0.0 && limit == 0.0 {
         String::new()
     } else {
-        format!(", {value:.3} where {limit:.3} is allowed")
+        let [value, limit] = beside_limit(value, limit, 3);
+        format!(", {value} where {limit} is allowed")
     };
     format!("; tick {tick}{joint}{values}")
 }

@@ -1,16 +1,20 @@
 //! A virtual arm described in a file, `host/plants/default.toml` and its like.
 //!
-//! Every field of [`PlantConfig`] is a key. A missing key has its default, and an unknown
-//! key is an error that lists the known ones. Errors are one line with file, line and
-//! column.
+//! Every field of [`PlantConfig`] is a key of [`KEYS`], which has its range and meaning. A
+//! missing key has its default. Errors are one line with file, line and column.
 
+mod builtin;
 mod joint;
-mod range;
+mod keys;
 #[cfg(test)]
 mod tests;
 
+pub use builtin::{BuiltinPlant, PLANTS};
+pub use keys::KEYS;
+
 use std::path::Path;
 
+use armbridge_client::params;
 use armbridge_client::toml_file;
 use armbridge_client::toml_file::{Document, DocumentError};
 use armbridge_shared::JOINTS;
@@ -21,7 +25,7 @@ use serde::{Deserialize, Serialize};
 use self::joint::JointKeys;
 use super::PlantConfig;
 
-/// An arm as in a file. The comments of `default.toml` explain each key.
+/// An arm as in a file, with the keys of [`KEYS`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlantFile {
@@ -30,23 +34,14 @@ pub struct PlantFile {
     #[serde(skip_serializing_if = "Option::is_none")]
     dead_zone: Option<bool>,
     held: bool,
-    #[serde(deserialize_with = "range::scale")]
     inertia_scale: f64,
-    #[serde(deserialize_with = "range::scale")]
     gravity_scale: f64,
-    #[serde(deserialize_with = "range::scale")]
     torque_gain: f64,
-    #[serde(deserialize_with = "range::counts")]
     pwm_offset_counts: f64,
-    #[serde(deserialize_with = "range::torque")]
     torque_limit_nm: f64,
     /// Delay of both joints.
-    #[serde(
-        deserialize_with = "range::maybe_delay",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(skip_serializing_if = "Option::is_none")]
     input_delay_us: Option<u32>,
-    #[serde(deserialize_with = "range::noise")]
     noise_lsb_rms: f64,
     #[serde(with = "ArmKeys")]
     arm: Parameters<f64>,
@@ -54,16 +49,36 @@ pub struct PlantFile {
     joint2: JointKeys,
 }
 
-/// Two keys of a file with the same meaning.
+/// Failure to load a virtual arm.
+#[derive(Debug, thiserror::Error)]
+pub enum PlantError {
+    /// There is neither a file nor a virtual arm that ships with this name.
+    #[error(
+        "there is no virtual arm `{name}`{}: `armbridge plants` lists those that ship; name a \
+         file of your own by its path",
+        nearest.map_or_else(String::new, |name| format!("; is it `{name}`?"))
+    )]
+    Unknown {
+        /// Requested name.
+        name: String,
+        /// The nearest name of one that ships.
+        nearest: Option<&'static str>,
+    },
+    /// The file cannot be read or contains a mistake.
+    #[error(transparent)]
+    File(#[from] DocumentError),
+}
+
+/// Keys of a file that contradict each other.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct KeyConflict {
-    /// The key for both joints.
-    pub key: &'static str,
+    /// The key to change.
+    pub key: String,
     /// Description of the conflict.
     pub message: String,
 }
 
-/// Keys of [`Parameters`], with their ranges.
+/// Keys of [`Parameters`].
 #[derive(Serialize, Deserialize)]
 #[serde(
     remote = "Parameters<f64>",
@@ -71,31 +86,18 @@ pub struct KeyConflict {
     default = "Parameters::paper"
 )]
 struct ArmKeys {
-    #[serde(deserialize_with = "range::length")]
     l1: f64,
-    #[serde(deserialize_with = "range::length")]
     l2: f64,
-    #[serde(deserialize_with = "range::mass")]
     m1: f64,
-    #[serde(deserialize_with = "range::mass")]
     m2: f64,
-    #[serde(deserialize_with = "range::gravity")]
     g: f64,
-    #[serde(deserialize_with = "range::inertia")]
     i1x: f64,
-    #[serde(deserialize_with = "range::small_inertia")]
     i1y: f64,
-    #[serde(deserialize_with = "range::small_inertia")]
     i1z: f64,
-    #[serde(deserialize_with = "range::small_inertia")]
     i2x: f64,
-    #[serde(deserialize_with = "range::inertia")]
     i2y: f64,
-    #[serde(deserialize_with = "range::small_inertia")]
     i2z: f64,
-    #[serde(deserialize_with = "range::viscous")]
     b1: f64,
-    #[serde(deserialize_with = "range::viscous")]
     b2: f64,
     #[serde(with = "MountingName")]
     mounting: Mounting,
@@ -136,34 +138,73 @@ impl PlantFile {
             path: path.into(),
             source,
         })?;
+        Self::parse(path, text)
+    }
+
+    /// Reads the file with this path, or the virtual arm that ships with this name.
+    ///
+    /// # Errors
+    /// If there is neither, or the file has a mistake.
+    pub fn load(name: &str) -> Result<Self, PlantError> {
+        let path = Path::new(name);
+        let is_path = path
+            .extension()
+            .is_some_and(|extension| extension == "toml")
+            || path.components().count() > 1;
+        match BuiltinPlant::find(name) {
+            Some(plant) if !is_path => Ok(Self::parse(&plant.file(), plant.text.into())?),
+            None if !is_path && !path.exists() => Err(PlantError::Unknown {
+                name: name.into(),
+                nearest: params::nearest(name, PLANTS.iter().map(|plant| plant.name)),
+            }),
+            Some(_) | None => Ok(Self::read(path)?),
+        }
+    }
+
+    /// Parses a text as the contents of this file.
+    fn parse(path: &Path, text: String) -> Result<Self, DocumentError> {
+        let wrong = |at: usize, message| DocumentError::Wrong {
+            place: toml_file::Place::from_offset(path, &text, at),
+            message,
+        };
+        toml_file::keys::check(&text, &[KEYS])
+            .map_err(|error| wrong(error.at.start, error.message))?;
         let file: Self =
             toml::from_str(&text).map_err(|error| toml_file::not_toml(path, &text, &error))?;
         match file.conflict() {
             Some(KeyConflict { key, message }) => {
-                Err(Document::parse(path, text)?.wrong_key(key, message))
+                Err(Document::parse(path, text)?.wrong_key(&key, message))
             }
             None => Ok(file),
         }
     }
 
-    /// Conflict of a key for both joints with the same key of one joint.
+    /// Conflict of a key for both joints with the same key of one joint, or of two stops.
     pub fn conflict(&self) -> Option<KeyConflict> {
-        let conflict_of = |key, is_set: bool, [is_set_1, is_set_2]: [bool; JOINTS], own: &str| {
-            (is_set && (is_set_1 || is_set_2)).then(|| KeyConflict {
-                key,
-                message: format!(
-                    "`{key}` is that of both joints, and `joint{}.{own}` repeats it; keep \
+        let conflict_of =
+            |key: &str, is_set: bool, [is_set_1, is_set_2]: [bool; JOINTS], own: &str| {
+                (is_set && (is_set_1 || is_set_2)).then(|| KeyConflict {
+                    key: String::from(key),
+                    message: format!(
+                        "`{key}` is that of both joints, and `joint{}.{own}` repeats it; keep \
                      one of the two",
-                    if is_set_1 { 1 } else { 2 },
-                ),
-            })
-        };
+                        if is_set_1 { 1 } else { 2 },
+                    ),
+                })
+            };
         let joints = [&self.joint1, &self.joint2];
         let has_zone = joints.map(|joint| joint.dead_zone_counts.is_some());
         let has_delay = joints.map(|joint| joint.input_delay_us.is_some());
         let (zone, delay) = (self.dead_zone.is_some(), self.input_delay_us.is_some());
+        let is_crossed = |joint: &&JointKeys| joint.stops_rad.is_some_and(|[a, b]| a >= b);
+        let crossed = joints.iter().position(is_crossed);
+        let crossed = crossed.map(|joint| KeyConflict {
+            key: format!("joint{}.stops_rad", joint + 1),
+            message: "`stops_rad` is the smallest angle, then the largest".into(),
+        });
         conflict_of("dead_zone", zone, has_zone, "dead_zone_counts")
             .or_else(|| conflict_of("input_delay_us", delay, has_delay, "input_delay_us"))
+            .or(crossed)
     }
 
     /// All keys of a file for this arm.

@@ -24,6 +24,7 @@ use super::apply::{Applied, Apply, not_applied};
 use super::output::{self, OutputOptions};
 use super::share;
 use super::{Fit, preview};
+use crate::args::suggestions::plants;
 use crate::args::{LinkArgs, OutputArgs, PaceName};
 
 pub(crate) const EXAMPLES: &str = "\
@@ -62,10 +63,10 @@ pub(crate) struct IdentifyRunArgs {
     /// Send the identified arm to the board, with gains for it, and save it there.
     #[arg(long)]
     pub(crate) apply: bool,
-    /// File that describes the virtual arm of sim: and emulate:, such as
-    /// host/plants/default.toml.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) plant: Option<PathBuf>,
+    /// Virtual arm of sim: and emulate:: the name of one that ships (`armbridge plants`), or
+    /// a file.
+    #[arg(long, value_name = "NAME|FILE", value_parser = plants(), hide_possible_values = true)]
+    pub(crate) plant: Option<String>,
     /// Seed of the encoder noise, instead of the plan's own.
     #[arg(long)]
     pub(crate) seed: Option<u64>,
@@ -81,7 +82,7 @@ const ARM_NAME: &str = "arm.toml";
 
 pub(super) fn run(args: &IdentifyRunArgs) -> Outcome {
     let config = Config::discover()?;
-    let plant = args.plant.as_deref().map(PlantFile::read).transpose()?;
+    let plant = args.plant.as_deref().map(PlantFile::load).transpose()?;
     let load = |board| {
         let overrides = Overrides {
             plant,

@@ -3,50 +3,29 @@
 use armbridge_shared::actuator::{Direction, Joint};
 use serde::{Deserialize, Serialize};
 
-use super::range;
 use crate::plant::{Friction, PlantConfig};
 
-/// Its keys; the comments of `default.toml` explain each.
+/// Its keys, as [`KEYS`](super::KEYS) explains them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct JointKeys {
-    #[serde(
-        deserialize_with = "range::maybe_angle",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) initial_rad: Option<f64>,
-    #[serde(deserialize_with = "range::speed")]
     pub(super) initial_rad_s: f64,
-    #[serde(
-        deserialize_with = "range::maybe_stops",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) stops_rad: Option<[f64; 2]>,
-    #[serde(deserialize_with = "range::torque")]
     pub(super) coulomb_nm: f64,
-    #[serde(deserialize_with = "range::torque")]
     pub(super) static_nm: f64,
-    #[serde(deserialize_with = "range::stribeck")]
     pub(super) stribeck_rad_s: f64,
-    #[serde(
-        deserialize_with = "range::maybe_dead_zone",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) dead_zone_counts: Option<[u16; 2]>,
-    #[serde(
-        deserialize_with = "range::maybe_delay",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) input_delay_us: Option<u32>,
     #[serde(with = "DirectionName")]
     pub(super) direction: Direction,
-    #[serde(deserialize_with = "range::zero")]
     pub(super) zero_count: f64,
-    #[serde(deserialize_with = "range::angle_of_count")]
     pub(super) rad_per_count: f64,
-    #[serde(deserialize_with = "range::gain")]
     pub(super) gain_counts_per_nm: f64,
-    #[serde(deserialize_with = "range::counts")]
     pub(super) offset_counts: f64,
 }
 

@@ -1,0 +1,154 @@
+//! One run of a sweep: the plan on the simulated board, its figures, and its log if one is
+//! requested.
+
+use std::path::Path;
+
+use armbridge_client::ctrl_c;
+use armbridge_client::enum_names;
+use armbridge_log::LogError;
+use armbridge_log::recorder::Recorder;
+use armbridge_log::run_info::RunFacts;
+use armbridge_log::summary::Tally;
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::experiment::Conclusion;
+use armbridge_shared::link::message::Record;
+use armbridge_sim::link::{BoardUri, Options, drive};
+use serde::Serialize;
+
+use crate::plan_runner::{Ending, PlanRunner, RecordSink};
+use crate::scenario::{ExpectationMonitor, Scenario};
+
+/// A run of a sweep.
+#[derive(Clone, Debug, Serialize)]
+pub struct SweepRun {
+    /// Number of its combination, from 0.
+    pub combination: usize,
+    /// Seed.
+    pub seed: u64,
+    /// Its figures.
+    #[serde(flatten)]
+    pub figures: RunFigures,
+}
+
+/// Figures of a run, of the worse joint.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct RunFigures {
+    /// Longest settling time at a setpoint, in s; none if a joint never settled, or without
+    /// setpoints.
+    pub settling_time_s: Option<f64>,
+    /// Whether both joints settled at every setpoint; none without setpoints.
+    pub settled: Option<bool>,
+    /// Largest mean error at rest at a setpoint, in mrad; none without setpoints.
+    pub rest_error_mrad: Option<f64>,
+    /// Rms error while the reference moves, in mrad; none if it never does.
+    pub tracking_rms_mrad: Option<f64>,
+    /// Largest torque, in N m.
+    pub peak_torque_nm: f64,
+    /// First fault.
+    pub fault: Option<&'static str>,
+    /// Expectations of the scenario that are not met.
+    pub missed_expectations: Vec<String>,
+    /// Why the run ended before its time, other than by a fault.
+    pub ended: Option<String>,
+}
+
+impl RunFigures {
+    /// Settling time for comparison: infinite for never; none without setpoints.
+    pub(super) fn settling_s(&self) -> Option<f64> {
+        self.settled?;
+        Some(self.settling_time_s.unwrap_or(f64::INFINITY))
+    }
+
+    /// Whether the run did not do what the scenario describes.
+    pub fn has_failed(&self) -> bool {
+        self.fault.is_some() || self.ended.is_some() || !self.missed_expectations.is_empty()
+    }
+}
+
+/// Sink of a run's records, of constant size.
+struct Figures {
+    tally: Tally,
+    judge: ExpectationMonitor,
+}
+
+impl RecordSink for Figures {
+    fn record(&mut self, record: &Record) {
+        self.tally.add(record);
+        self.judge.on_record(record);
+    }
+
+    fn concluded(&mut self, conclusion: &Conclusion) {
+        self.judge.on_experiment_end(conclusion);
+    }
+}
+
+/// Runs a scenario on the simulated board, with its log in a file if one is named. `None`
+/// if ctrl-c ended it.
+///
+/// # Errors
+/// If the log cannot be written.
+pub(super) fn run(scenario: &Scenario, log: Option<&Path>) -> Result<Option<RunFigures>, LogError> {
+    let Scenario {
+        name,
+        plan,
+        settings,
+        bench,
+        success,
+        expect,
+        ..
+    } = scenario;
+    let facts = RunFacts::from_settings(name, &BoardUri::Sim.world(), settings)
+        .simulated(bench.seed, bench.plant.static_friction_nm());
+    let recorder = log
+        .map(|path| Recorder::create_waiting(path, &facts))
+        .transpose()?;
+    let sink = Figures {
+        tally: Tally::default(),
+        judge: ExpectationMonitor::new(*expect, &plan.pushes),
+    };
+    let runner = PlanRunner::with_sink(plan.clone(), sink);
+    let mut runner = runner.interrupted_by(ctrl_c::is_raised);
+    let mut options = Options::new(bench.build());
+    options.interactions = Some(runner.interactions());
+    options
+        .link
+        .taps
+        .extend(recorder.as_ref().map(Recorder::tap));
+    let (runner, result) = drive(&BoardUri::Sim, options, runner);
+    recorder.map(Recorder::finish).transpose()?;
+    let ending = runner.ending();
+    if ending == Some(Ending::Interrupted) || (result.is_err() && ctrl_c::is_raised()) {
+        return Ok(None);
+    }
+    let link = runner.stats();
+    let Figures { tally, judge } = runner.into_sink();
+    let summary = tally.summary(&facts, link, tally.covered_s(), 0.0);
+    let is_success = ending.is_some_and(|end| success.iter().any(|s| s.matches(end)));
+    let ended = match (result, ending) {
+        (Err(error), _) => Some(error.to_string()),
+        (Ok(()), Some(Ending::Time | Ending::Fault(_))) => None,
+        (Ok(()), Some(end)) if !is_success => Some(end.in_words()),
+        (Ok(()), _) => None,
+    };
+    let fault = match ending {
+        Some(Ending::Fault(fault)) if !is_success => Some(enum_names::fault(fault)),
+        _ => None,
+    };
+    let missed_expectations = if is_success {
+        judge.misses(&tally, &summary)
+    } else {
+        Vec::new()
+    };
+    let worse = |[a, b]: [f64; JOINTS]| a.max(b);
+    let settling_s = tally.slowest_settling_s();
+    Ok(Some(RunFigures {
+        settling_time_s: settling_s.filter(|s| s.is_finite()),
+        settled: settling_s.map(f64::is_finite),
+        rest_error_mrad: tally.worst_steady_error_rad().map(|rad| 1e3 * rad),
+        tracking_rms_mrad: tally.tracking_rms_mrad().map(worse),
+        peak_torque_nm: worse(summary.peak_torque_nm),
+        fault,
+        missed_expectations,
+        ended,
+    }))
+}

@@ -1,0 +1,191 @@
+//! `armbridge sweep`: a scenario with every combination of several values, for many seeds.
+
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use armbridge::config::Config;
+use armbridge_analysis::plan_runner::plan::Base;
+use armbridge_analysis::progress::Progress;
+use armbridge_analysis::run_folder::RunFolder;
+use armbridge_analysis::scenario::{Overrides, Scenario, ScenarioText};
+use armbridge_analysis::sweep::{Axis, AxisError, Combination, Sweep, combinations};
+use armbridge_client::ctrl_c;
+use armbridge_client::stdio;
+use armbridge_client::stdio::Stdout;
+use armbridge_shared::JOINTS;
+use armbridge_sim::plant::PlantFile;
+use clap::Args;
+use serde_json::json;
+use toml::Value;
+
+use super::run::ControlName;
+use super::{Error, Outcome};
+use crate::args::OutputArgs;
+use crate::args::suggestions::{axes, parameters, plants, scenarios};
+use crate::args::values::{angles, duration};
+
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge sweep demo --over seed=1..20
+  armbridge sweep demo --over controller.r=[5,5],[10,10],[20,20] --over seed=1..10
+  armbridge sweep push --over limits.torque_nm=[1,1],[0.6,0.6] --over plant=default,heavy
+  armbridge sweep demo --over control=paper,compensated --over seed=1..20 --json
+
+Each --over names a parameter of the board, `control`, `plant` or `seed`, and its values;
+lists are in brackets. Every combination is checked before anything runs, and each run is
+that of `armbridge run SCENARIO --set KEY=VALUE --seed N`, without a log. Table, CSV and
+plot are in a new folder in runs/. Ctrl-C keeps the runs that have ended.
+
+Exit codes: 0 every run did what the scenario describes, 1 some did not (a fault, a missed
+expectation), 2 there was no run, 130 ended by ctrl-c.";
+
+/// Most runs of a sweep.
+const RUNS_MAX: usize = 100_000;
+
+/// A scenario and the values to try.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct SweepArgs {
+    /// Scenario: a file, the name of one that ships, or - for standard input; or a motion
+    /// as CSV.
+    #[arg(value_parser = scenarios(), hide_possible_values = true)]
+    pub(crate) scenario: String,
+    /// A key and its values; may be repeated. The last key changes fastest.
+    #[arg(long, value_name = "KEY=VALUE,VALUE", required = true, value_parser = axes(),
+          hide_possible_values = true)]
+    pub(crate) over: Vec<String>,
+    /// Controller and estimator, instead of the scenario's own.
+    #[arg(long, value_enum)]
+    pub(crate) control: Option<ControlName>,
+    /// Change a parameter of the board in all runs; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parameters(), hide_possible_values = true)]
+    pub(crate) set: Vec<(String, Value)>,
+    /// Length of each run in s, instead of the scenario's own.
+    #[arg(long, value_name = "S", value_parser = duration)]
+    pub(crate) duration: Option<f64>,
+    /// Joint angles in rad at which the arm is held until torque comes on, instead of the
+    /// scenario's own.
+    #[arg(long, value_name = "RAD,RAD", value_parser = angles, allow_hyphen_values = true)]
+    pub(crate) initial: Option<[f64; JOINTS]>,
+    /// Virtual arm instead of the scenario's own: the name of one that ships (`armbridge
+    /// plants`), or a file.
+    #[arg(long, value_name = "NAME|FILE", value_parser = plants(), hide_possible_values = true)]
+    pub(crate) plant: Option<String>,
+    /// Simulate the arm without dry friction.
+    #[arg(long)]
+    pub(crate) no_friction: bool,
+    /// Write the log of each run as well.
+    #[arg(long)]
+    pub(crate) logs: bool,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+pub(crate) fn run(args: &SweepArgs) -> Outcome {
+    let config = Config::discover()?;
+    let (keys, grid, seeds) = grid(args, &config)?;
+    let count = grid.len() * seeds.len();
+    ctrl_c::listen()?;
+    let base = config.out(args.output.out.as_deref());
+    let folder = RunFolder::create(Some(&base), &format!("sweep-{}", grid[0].1.name))?;
+    let progress = Progress::new(count as f64, args.output.quiet || args.output.json);
+    let begun = Instant::now();
+    let logs = args.logs.then(|| folder.path());
+    let sweep = Sweep::run(keys, grid, seeds, logs, |done| {
+        progress.set_position(done as f64);
+        progress.set_message(format!("{done} of {count} runs"));
+    })?;
+    progress.finish();
+    if sweep.runs.is_empty() {
+        // Best effort: nothing is in it.
+        let _ = std::fs::remove_dir_all(folder.path());
+        return Ok(ExitCode::from(ctrl_c::exit_code()));
+    }
+    sweep.write_csv(&folder.file("sweep.csv"))?;
+    if config.draws_plots() {
+        sweep.draw(folder.path())?;
+    }
+    print(args, &sweep, folder.path(), begun.elapsed().as_secs_f64())?;
+    if !sweep.is_complete() {
+        let (done, path) = (sweep.runs.len(), folder.path().display());
+        let text = format!("ended by ctrl-c after {done} of {count} runs; they are in {path}");
+        stdio::print_error(format_args!("armbridge: {text}\n"));
+        return Ok(ExitCode::from(ctrl_c::exit_code()));
+    }
+    let has_failed = sweep.runs.iter().any(|run| run.figures.has_failed());
+    Ok(ExitCode::from(u8::from(has_failed)))
+}
+
+/// Keys, checked combinations and seeds.
+type Grid = (Vec<String>, Vec<(Combination, Scenario)>, Vec<u64>);
+
+/// Checks every combination.
+fn grid(args: &SweepArgs, config: &Config) -> Result<Grid, Error> {
+    let parsed: Result<Vec<Axis>, AxisError> = args.over.iter().map(|text| text.parse()).collect();
+    let (mut values, mut seeds): (Vec<(String, Vec<String>)>, Vec<u64>) = Default::default();
+    for axis in parsed? {
+        match axis {
+            Axis::Seeds(more) => seeds.extend(more),
+            Axis::Values(key, _) if values.iter().any(|(known, _)| *known == key) => {
+                return Err(format!("--over {key} is given twice").into());
+            }
+            Axis::Values(key, list) => values.push((key, list)),
+        }
+    }
+    let common = Overrides {
+        control: args.control.map(Base::from),
+        set: args.set.clone(),
+        configured: config.control(),
+        duration_s: args.duration,
+        initial_rad: args.initial,
+        plant: args.plant.as_deref().map(PlantFile::load).transpose()?,
+        friction: args.no_friction.then_some(false),
+        ..Overrides::default()
+    };
+    let grid = combinations(&values).filter(|grid| grid.len() * seeds.len().max(1) <= RUNS_MAX);
+    let grid = grid.ok_or_else(|| format!("these are more than {RUNS_MAX} runs"))?;
+    let mut checked = Vec::with_capacity(grid.len());
+    let source = ScenarioText::read(&args.scenario)?;
+    for combination in grid {
+        let overrides = combination.overrides(&common)?;
+        let scenario = source
+            .scenario(&overrides)
+            .map_err(|error| format!("with {combination}: {error}"))?;
+        checked.push((combination, scenario));
+    }
+    if seeds.is_empty() {
+        seeds = checked
+            .iter()
+            .take(1)
+            .map(|(_, scenario)| scenario.bench.seed)
+            .collect();
+    }
+    let keys = values.into_iter().map(|(key, _)| key).collect();
+    Ok((keys, checked, seeds))
+}
+
+fn print(args: &SweepArgs, sweep: &Sweep, folder: &Path, wall_s: f64) -> Result<(), Error> {
+    let mut out = Stdout;
+    if args.output.json {
+        let report = json!({
+            "scenario": sweep.scenario,
+            "keys": sweep.keys,
+            "seeds": sweep.seeds,
+            "rows": sweep.rows(),
+            "runs": sweep.runs,
+            "combinations": sweep.combinations,
+            "folder": folder,
+        });
+        writeln!(out, "{report}")?;
+    } else if !args.output.quiet {
+        let (name, done) = (&sweep.scenario, sweep.runs.len());
+        let path = folder.display();
+        writeln!(
+            out,
+            "armbridge sweep {name} · simulated · {done} runs in {wall_s:.1} s\n"
+        )?;
+        writeln!(out, "{}\n{path}", sweep.table())?;
+    }
+    Ok(())
+}
