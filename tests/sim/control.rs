@@ -64,7 +64,7 @@ fn within(limit_s: f64, time_s: Option<f64>, of: &impl Debug) {
 #[test]
 fn stands_within_a_milliradian() {
     for outcome in outcomes(&trial(&arm(), Setup::best(), "upright", 8.0), 1..=20) {
-        within(1.2, outcome.settling_s, &outcome);
+        within(1.2, outcome.settling_time_s, &outcome);
         at_most(1.0, outcome.mean_error_mrad, &outcome);
         at_most(1.5, outcome.rms_error_mrad, &outcome);
         at_most(5.0, outcome.peak_to_peak_mrad, &outcome);
@@ -129,10 +129,10 @@ fn arms_drawn_at_random_stand_if_they_are_known() {
             ..Setup::best()
         };
         for outcome in outcomes(&trial(&config, setup, "upright", 6.0), seed..=seed) {
-            within(1.2, outcome.settling_s, &outcome);
+            within(1.2, outcome.settling_time_s, &outcome);
             at_most(1.0, outcome.mean_error_mrad, &outcome);
             at_most(1.5, outcome.rms_error_mrad, &outcome);
-            if let Some(time_s) = outcome.settling_s {
+            if let Some(time_s) = outcome.settling_time_s {
                 settled_s = [settled_s[0].min(time_s), settled_s[1].max(time_s)];
             }
             let most = outcome
@@ -194,7 +194,7 @@ fn comes_back_from_a_push() {
             duration_ns: 50_000_000,
         });
         for outcome in outcomes(&pushed, 1..=10) {
-            within(0.6, outcome.recovery_s, &outcome);
+            within(0.6, outcome.recovery_time_s, &outcome);
             let moved_mrad = outcome.displaced_mrad.unwrap()[joint];
             assert!((moved_mrad > 15.0) == (torque_nm > 0.5), "{outcome:?}");
         }
@@ -212,7 +212,7 @@ fn stands_on_a_fifth_less_samples() {
         // Two joints, 8 s at 1 kHz.
         let share = outcome.missing_samples as f64 / 16_000.0;
         assert!((share - 0.2).abs() < 0.02, "{share}");
-        within(1.2, outcome.settling_s, &outcome);
+        within(1.2, outcome.settling_time_s, &outcome);
         at_most(1.0, outcome.mean_error_mrad, &outcome);
         at_most(5.0, outcome.peak_to_peak_mrad, &outcome);
     }

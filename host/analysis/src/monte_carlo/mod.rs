@@ -13,7 +13,7 @@ mod table;
 
 pub use batch::{for_each, for_seeds};
 pub use maneuver::{Maneuver, ManeuverError};
-pub use outcome::{Joints, Outcome, REST_S, SETTLED_RAD};
+pub use outcome::{Joints, Outcome, REST_S};
 pub use table::table;
 
 use armbridge_client::Host;

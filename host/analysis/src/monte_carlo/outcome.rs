@@ -1,15 +1,13 @@
 //! Performance figures of a run, computed from the true arm.
 
 use armbridge_client::enum_names;
+use armbridge_log::summary::SETTLED_RAD;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::link::message::{Record, Sample};
 use serde::Serialize;
 
 use super::{Run, Trial, Truth};
-
-/// Largest error of a settled arm, in rad.
-pub const SETTLED_RAD: f64 = 0.015;
 
 /// Length in s of the end of a run that counts as rest.
 pub const REST_S: f64 = 2.0;
@@ -22,11 +20,12 @@ pub type Joints = [f64; JOINTS];
 pub struct Outcome {
     /// Seed of everything random.
     pub seed: u64,
-    /// Time in s from torque on until both errors stay below [`SETTLED_RAD`] to the end, or
-    /// to the first push; `None` for never.
-    pub settling_s: Option<f64>,
+    /// Time in s until both errors stay below [`SETTLED_RAD`] to the end, or to the first
+    /// push, counted from the last change of the reference, or from torque on if it never
+    /// changes; `None` for never.
+    pub settling_time_s: Option<f64>,
     /// Settling time in s from the beginning of the last push.
-    pub recovery_s: Option<f64>,
+    pub recovery_time_s: Option<f64>,
     /// Largest error by magnitude since the first push, in mrad; `None` without
     /// one.
     pub displaced_mrad: Option<Joints>,
@@ -82,7 +81,7 @@ impl Outcome {
             .iter()
             .partition(|t| first_push_us.is_none_or(|push_us| t.record.start_us < push_us));
         let has_no_fault = fault.is_none();
-        let since_us = before.first().map(|t| t.record.start_us);
+        let since_us = last_change_us(&before);
         let settling =
             |ticks: &[Tick], since_us| settled_s(ticks, since_us).filter(|_| has_no_fault);
         let end_us = ticks.last().map_or(0, |t| t.record.start_us);
@@ -94,8 +93,8 @@ impl Outcome {
         let mrad = |joints: Joints| joints.map(|rad| 1e3 * rad);
         Self {
             seed,
-            settling_s: since_us.and_then(|since_us| settling(&before, since_us)),
-            recovery_s: last_push_us.and_then(|push_us| settling(&after, push_us)),
+            settling_time_s: since_us.and_then(|since_us| settling(&before, since_us)),
+            recovery_time_s: last_push_us.and_then(|push_us| settling(&after, push_us)),
             displaced_mrad: last_push_us.map(|_| mrad(peak(&after, |t, j| t.error_rad[j]))),
             mean_error_mrad: mrad(mean(&resting, |t, j| t.error_rad[j])),
             rms_error_mrad: mrad(rms(&resting, |t, j| t.error_rad[j])),
@@ -135,6 +134,18 @@ fn ticks(run: &Run) -> Vec<Tick<'_>> {
         .collect()
 }
 
+/// Start of the first tick with the final reference.
+fn last_change_us(ticks: &[Tick]) -> Option<u64> {
+    let end = ticks.last()?.record.reference_rad;
+    let is_other = |tick: &Tick| tick.record.reference_rad != end;
+    let first = ticks
+        .iter()
+        .rposition(is_other)
+        .map_or(0, |other| other + 1);
+    ticks.get(first).map(|tick| tick.record.start_us)
+}
+
+/// Time in s after `since_us` from which on both errors stay below [`SETTLED_RAD`].
 fn settled_s(ticks: &[Tick], since_us: u64) -> Option<f64> {
     let is_outside = |tick: &Tick| tick.error_rad.iter().any(|e| e.abs() >= SETTLED_RAD);
     let inside = match ticks.iter().rposition(is_outside) {

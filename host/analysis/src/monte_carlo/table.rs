@@ -10,7 +10,7 @@ type Column = (&'static str, usize, fn(&Outcome) -> Option<f64>);
 
 const COLUMNS: [Column; 10] = [
     ("settled", 3, |o| {
-        Some(o.settling_s.unwrap_or(f64::INFINITY))
+        Some(o.settling_time_s.unwrap_or(f64::INFINITY))
     }),
     ("mean", 2, |o| Some(worse(o.mean_error_mrad))),
     ("rms", 2, |o| Some(worse(o.rms_error_mrad))),
@@ -36,7 +36,7 @@ pub fn table(outcomes: &[Outcome]) -> String {
 }
 
 fn write_table(out: &mut String, outcomes: &[Outcome]) -> Result {
-    let pushed = outcomes.iter().any(|o| o.recovery_s.is_some());
+    let pushed = outcomes.iter().any(|o| o.recovery_time_s.is_some());
     write_words(out, "seed", COLUMNS.map(|(name, ..)| name))?;
     writeln!(out, "{}", if pushed { "    back" } else { "" })?;
     write_words(out, "", UNITS)?;
@@ -47,7 +47,7 @@ fn write_table(out: &mut String, outcomes: &[Outcome]) -> Result {
             write_number(out, value(outcome), digits)?;
         }
         if pushed {
-            write_number(out, outcome.recovery_s.or(Some(f64::INFINITY)), 3)?;
+            write_number(out, outcome.recovery_time_s.or(Some(f64::INFINITY)), 3)?;
         }
         if let Some(fault) = outcome.fault {
             write!(out, "  fault: {fault}")?;
@@ -78,7 +78,9 @@ fn write_all(
     sum: impl Fn(&[f64]) -> f64,
 ) -> Result {
     write!(out, "{name:<6}")?;
-    let back: Column = ("back", 3, |o| Some(o.recovery_s.unwrap_or(f64::INFINITY)));
+    let back: Column = ("back", 3, |o| {
+        Some(o.recovery_time_s.unwrap_or(f64::INFINITY))
+    });
     for (_, digits, value) in COLUMNS.into_iter().chain(pushed.then_some(back)) {
         let values: Vec<f64> = outcomes.iter().filter_map(value).collect();
         write_number(out, (!values.is_empty()).then(|| sum(&values)), digits)?;

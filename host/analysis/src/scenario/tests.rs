@@ -289,3 +289,38 @@ fn settings_are_put_back_and_a_stop_condition_stops() {
     ];
     assert_eq!(last, back);
 }
+
+/// The parser and the table that explains it have the same keys.
+#[test]
+fn the_table_has_the_keys_that_the_parser_takes() {
+    for (text, prefix) in [
+        ("zzz = 1", ""),
+        ("title = 't'\n[stop]\nzzz = 1", "stop."),
+        ("[[step]]\nzzz = 1", "step."),
+        ("[[step]]\n[step.minimum_jerk]\nzzz = 1", "step.minimum_jerk."),
+        ("[[step]]\n[[step.waypoints]]\nzzz = 1", "step.waypoints."),
+        ("[[step]]\n[[step.stream]]\nzzz = 1", "step.stream."),
+        ("[[step]]\n[step.sinusoid]\nzzz = 1", "step.sinusoid."),
+        ("[[step]]\n[step.chirp]\nzzz = 1", "step.chirp."),
+        ("[[step]]\n[step.experiment]\nzzz = 1", "step.experiment."),
+        ("[expect]\nzzz = 1", "expect."),
+        ("[bench]\nzzz = 1", "bench."),
+        ("[[bench.push]]\nzzz = 1", "bench.push."),
+    ] {
+        let error = toml::from_str::<file::File>(text).unwrap_err();
+        let mut parsed: Vec<&str> = error.message().split('`').skip(3).step_by(2).collect();
+        let below = KEYS.keys.iter().filter_map(|key| key.path.strip_prefix(prefix));
+        let mut known: Vec<&str> = below.filter(|name| !name.contains('.')).collect();
+        parsed.sort_unstable();
+        known.sort_unstable();
+        assert_eq!(known, parsed, "{prefix}");
+    }
+}
+
+#[test]
+fn ranges_are_those_of_the_board() {
+    use armbridge_shared::bridge::limits::REFERENCE_MAX_RAD;
+    use armbridge_shared::link::limits::hard;
+    assert_eq!(keys::REFERENCE_RAD.high as f32, REFERENCE_MAX_RAD);
+    assert_eq!(keys::TORQUE_NM.high as f32, hard::TORQUE_NM);
+}

@@ -110,7 +110,7 @@ pub(crate) fn run(args: &SweepArgs) -> Outcome {
     if !sweep.is_complete() {
         let (done, path) = (sweep.runs.len(), folder.path().display());
         let text = format!("ended by ctrl-c after {done} of {count} runs; they are in {path}");
-        stdio::print_error(format_args!("armbridge: {text}\n"));
+        stdio::note(format_args!("armbridge: {text}"));
         return Ok(ExitCode::from(ctrl_c::exit_code()));
     }
     let has_failed = sweep.runs.iter().any(|run| run.figures.has_failed());

@@ -299,7 +299,7 @@ fn trials_are_a_table_or_a_json_object_and_plots() {
     let output = program.run(&[bench.as_slice(), &options].concat());
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(report["outcomes"][1]["seed"], 2);
-    assert!(report["outcomes"][0]["settling_s"].as_f64().unwrap() < 1.0);
+    assert!(report["outcomes"][0]["settling_time_s"].as_f64().unwrap() < 1.0);
     assert_eq!(report["trial"]["plant"]["joint1"]["initial_rad"], 0.49);
     for name in ["angles.svg", "torque.png", "run.csv", "run.mcap"] {
         assert!(program.0.join("plots").join(name).is_file(), "{name}");

@@ -11,6 +11,7 @@ mod listeners;
 mod live;
 mod pages;
 mod run;
+mod scenarios;
 mod servo_bus;
 mod servos;
 mod settings;

@@ -29,6 +29,43 @@ fn default_toml_is_the_default_and_has_every_key() {
     assert_eq!(keys(&file_table), keys(&code_table));
 }
 
+/// The parser and the table that explains it have the same keys, and defaults are in range.
+#[test]
+fn the_table_has_the_keys_that_the_parser_takes() {
+    let file = PlantFile::from_config(&PlantConfig::default());
+    let text = toml::to_string(&file).unwrap();
+    toml_file::keys::check(&text, &[KEYS]).unwrap();
+    let written: toml::Table = toml::from_str(&text).unwrap();
+    let mut written_keys = vec!["dead_zone".to_owned(), "input_delay_us".to_owned()];
+    for (key, value) in &written {
+        written_keys.push(key.clone());
+        let inner = value.as_table().into_iter().flatten();
+        written_keys.extend(inner.map(|(name, _)| format!("{key}.{name}")));
+    }
+    let mut known: Vec<&str> = KEYS.keys.iter().map(|key| key.path).collect();
+    written_keys.sort_unstable();
+    known.sort_unstable();
+    assert_eq!(known, written_keys);
+}
+
+#[test]
+fn virtual_arms_that_ship_are_those_of_the_folder() {
+    let entries = std::fs::read_dir(shipped("")).unwrap();
+    let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    let mut names: Vec<PathBuf> = PLANTS
+        .iter()
+        .map(|plant| shipped(&format!("{}.toml", plant.name)))
+        .collect();
+    files.sort();
+    names.sort();
+    assert_eq!(files, names);
+    for plant in PLANTS {
+        PlantFile::load(plant.name).unwrap();
+        let about = plant.about();
+        assert!((10..66).contains(&about.chars().count()), "{about}");
+    }
+}
+
 #[test]
 fn every_shipped_arm_can_be_read() {
     for entry in std::fs::read_dir(shipped("")).unwrap() {

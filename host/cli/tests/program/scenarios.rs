@@ -1,0 +1,421 @@
+//! Scenario files, motions and virtual arms as a user writes them: what is refused and
+//! where, what is explained, and sweeps.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io::Write as _;
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+
+/// The program, in a folder of this test alone.
+struct Program(PathBuf);
+
+impl Program {
+    fn new(test: &str) -> Self {
+        Self(crate::folder(&format!("scenarios-{test}")))
+    }
+
+    fn command(&self, args: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_armbridge"));
+        command.args(args).current_dir(&self.0);
+        command.env_remove("ARMBRIDGE_LINK");
+        command.env_remove("ARMBRIDGE_OUT");
+        command
+    }
+
+    fn run(&self, args: &[&str]) -> Output {
+        self.command(args).output().unwrap()
+    }
+
+    /// Its standard output; it must succeed.
+    fn prints(&self, args: &[&str]) -> String {
+        let output = self.run(args);
+        assert!(
+            output.status.success(),
+            "{args:?}: {}",
+            text(&output.stderr)
+        );
+        text(&output.stdout).to_owned()
+    }
+
+    fn json(&self, args: &[&str]) -> serde_json::Value {
+        serde_json::from_str(&self.prints(args)).unwrap()
+    }
+
+    /// One line on standard error with these words, and exit code 2.
+    #[track_caller]
+    fn refuses(&self, args: &[&str], words: &str) {
+        let output = self.run(args);
+        let line = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {line}");
+        assert_eq!(line.trim_end().lines().count(), 1, "{args:?}: {line}");
+        assert!(line.contains(words), "{args:?}: no {words:?} in {line}");
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        fs::write(self.0.join(name), text).unwrap();
+    }
+}
+
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).unwrap()
+}
+
+const HEAD: &str = "title = \"t\"\n[stop]\nafter_s = 5\n[[step]]\nat_s = 0\n";
+
+#[test]
+fn joint_values_are_two_and_a_scenario_has_a_step() {
+    let program = Program::new("counts");
+    for (tail, at) in [
+        (
+            "regulate_rad = [0, 0, 0.7]\n",
+            "6:16: `regulate_rad` takes 2 numbers",
+        ),
+        (
+            "torque_nm = [0, 0, 0]\n",
+            "6:13: `torque_nm` takes 2 numbers",
+        ),
+        (
+            "minimum_jerk = { to_rad = [0.1, 0, 9] }\n",
+            "6:27: `to_rad` takes 2 numbers",
+        ),
+        (
+            "stream = [{ after_s = 1, angle_rad = [0, 0, 0] }]\n",
+            "6:38: `angle_rad` takes 2 numbers",
+        ),
+        (
+            "regulate_rad = [0, 0]\n[bench]\ninitial_rad = [0, 0, 0]\n",
+            "8:15: `initial_rad` takes 2 numbers",
+        ),
+        (
+            "regulate_rad = [0, 0]\n[bench]\nplant.joint1.stops_rad = [-1, 1, 2]\n",
+            "8:26: `stops_rad` takes 2 numbers",
+        ),
+    ] {
+        program.write("mine.toml", &format!("{HEAD}{tail}"));
+        program.refuses(&["run", "mine.toml", "--check"], &format!("mine.toml:{at}"));
+    }
+    program.write("mine.toml", "title = \"t\"\n[stop]\nafter_s = 5\n");
+    program.refuses(&["run", "mine.toml", "--check"], "no `[[step]]`");
+}
+
+#[test]
+fn an_option_is_not_blamed_on_the_file() {
+    let program = Program::new("options");
+    for (set, words) in [
+        (
+            "controller.Q=1",
+            "--set: there is no parameter `controller.Q`; is it `controller.q`?",
+        ),
+        (
+            "limits.hold_ms=600",
+            "--set: `limits.hold_ms` (600) is longer",
+        ),
+    ] {
+        program.refuses(&["run", "upright", "--check", "--set", set], words);
+    }
+}
+
+#[test]
+fn a_scenario_is_read_from_standard_input() {
+    let program = Program::new("stdin");
+    let mut child = program
+        .command(&["run", "-", "--check"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let shown = program.prints(&["run", "upright", "--show"]);
+    child
+        .stdin
+        .take()
+        .unwrap()
+        .write_all(shown.as_bytes())
+        .unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success());
+    assert!(text(&output.stdout).starts_with("- is in order"));
+}
+
+#[test]
+fn a_run_takes_the_configured_control_or_says_that_it_does_not() {
+    let program = Program::new("configured");
+    program.write("armbridge.toml", "[controller]\nq = [40, 40, 0.5, 0.5]\n");
+    program.write("mine.toml", &format!("{HEAD}regulate_rad = [0, 0]\n"));
+    let run = |args: &[&str]| {
+        let args = [&["run", "mine.toml", "--duration", "1", "--json"], args].concat();
+        let output = program.run(&args);
+        assert!(
+            output.status.code().is_some_and(|code| code < 2),
+            "{output:?}"
+        );
+        let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let setup = summary["run"]["setup"]["controller"].to_string();
+        (setup, text(&output.stderr).to_owned())
+    };
+    let (setup, note) = run(&[]);
+    assert!(
+        setup.contains("40.0") && !note.contains("not in force"),
+        "{setup} {note}"
+    );
+    let (setup, note) = run(&["--control", "compensated"]);
+    assert!(!setup.contains("40.0"), "{setup}");
+    assert!(
+        note.contains("`controller.q` in armbridge.toml is not in force"),
+        "{note}"
+    );
+    let told = program.prints(&["config"]);
+    assert!(told.contains("control is the board's own take"), "{told}");
+}
+
+#[test]
+fn the_longest_period_arms() {
+    let program = Program::new("period");
+    let long = [
+        "run",
+        "paper-upright",
+        "--set",
+        "setup.period_us=100000",
+        "--json",
+    ];
+    let output = program.run(&[long.as_slice(), &["--duration", "1"]].concat());
+    let line = text(&output.stderr);
+    assert!(
+        output.status.code() != Some(2) && !line.contains("too few samples"),
+        "{line}"
+    );
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(summary["ticks"].as_u64().unwrap() > 5, "{summary}");
+}
+
+/// A circle of 0.2 rad about (0.1, 0.0) rad in 4 s, once around, with a header and `step_ms`.
+fn circle(step_ms: u32, turns_per_s: f64) -> String {
+    let mut csv = String::from("t_ms,q1_rad,q2_rad\n");
+    for ms in (0..=4_000).step_by(step_ms as usize) {
+        let angle = std::f64::consts::TAU * turns_per_s * f64::from(ms) * 1e-3;
+        let (sin, cos) = angle.sin_cos();
+        writeln!(csv, "{ms},{:.4},{:.4}", 0.1 + 0.2 * cos, 0.2 * sin).unwrap();
+    }
+    csv
+}
+
+#[test]
+fn a_circle_from_a_csv_runs_well_at_any_spacing() {
+    let program = Program::new("circle");
+    for step_ms in [1, 10, 100] {
+        program.write("circle.csv", &circle(step_ms, 0.25));
+        let checked = program.prints(&["run", "circle.csv", "--check"]);
+        assert!(checked.contains("of 20 rad/s²"), "{checked}");
+        assert!(
+            checked.lines().all(|line| line.chars().count() <= 80),
+            "{checked}"
+        );
+        let summary = program.json(&["run", "circle.csv", "--json"]);
+        for joint in 0..2 {
+            let rms_mrad = summary["tracking_rms_mrad"][joint].as_f64().unwrap();
+            let torque_nm = summary["peak_torque_nm"][joint].as_f64().unwrap();
+            assert!(rms_mrad < 10.0, "{step_ms} ms: {rms_mrad} mrad");
+            assert!(torque_nm < 1.0, "{step_ms} ms: {torque_nm} N m");
+        }
+        assert_eq!(summary["faults"].as_array().unwrap().len(), 0);
+    }
+}
+
+#[test]
+fn a_motion_that_the_board_does_not_allow_names_its_line() {
+    let program = Program::new("motion");
+    for (text, words) in [
+        (
+            "time,q1_rad,q2_rad\n0,0,0\n",
+            "mine.csv:1:1: there is no column `time`; accepted",
+        ),
+        (
+            "t_s,q1_rad,q2_rad\n0,0,0\n1,x,0\n",
+            "mine.csv:3:3: `x` is no number",
+        ),
+        (
+            "t_s,q1_rad,q2_rad\n0,0,0\n0,0,0\n",
+            "mine.csv:3:1: times grow",
+        ),
+        (
+            "t_s,q1_deg,q2_rad\n0,0,0\n1,80,0\n",
+            "mine.csv:3:3: joint 1 would be at 1.3963 rad",
+        ),
+        // Up and down within 0.2 s: 39 rad/s².
+        (
+            "t_s,q1_rad,q2_rad\n0,0,0\n1,0,0\n1.1,0.2,0\n1.2,0,0\n2,0,0\n",
+            "more than",
+        ),
+    ] {
+        program.write("mine.csv", text);
+        program.refuses(&["run", "mine.csv", "--check"], words);
+    }
+    program.write("mine.csv", &circle(10, 3.0));
+    program.refuses(&["run", "mine.csv", "--check"], "mine.csv:");
+}
+
+#[test]
+fn keys_are_explained_from_the_table_that_checks_them() {
+    let program = Program::new("explain");
+    let keys = program.prints(&["run", "--explain"]);
+    for words in [
+        "step.regulate_rad: 2 numbers from -1.2 to 1.2 rad",
+        "[[bench.push]]",
+        "expect.tracks_within_rad",
+    ] {
+        assert!(keys.contains(words), "no {words:?} in {keys}");
+    }
+    let plant = program.prints(&["plants", "--explain"]);
+    assert!(
+        plant.contains("joint2.coulomb_nm: a number from 0 to 10 N m; default 0.04"),
+        "{plant}"
+    );
+    for text in [&keys, &plant] {
+        assert!(
+            text.lines().all(|line| line.chars().count() <= 80),
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn virtual_arms_have_names() {
+    let program = Program::new("plants");
+    let list = program.prints(&["plants"]);
+    assert!(
+        list.lines().any(|line| line.starts_with("heavy ")),
+        "{list}"
+    );
+    assert!(
+        program
+            .prints(&["plants", "heavy"])
+            .contains("inertia_scale = 1.2")
+    );
+    let torque = |plant: &str| {
+        let args = [
+            "run",
+            "upright",
+            "--duration",
+            "1",
+            "--json",
+            "--plant",
+            plant,
+        ];
+        program.json(&args)["peak_torque_nm"].to_string()
+    };
+    program.write("mine.toml", "inertia_scale = 1.2\ngravity_scale = 1.2\n");
+    assert_eq!(torque("heavy"), torque("mine.toml"));
+    assert_ne!(torque("heavy"), torque("default"));
+    program.refuses(&["run", "upright", "--plant", "heavi"], "is it `heavy`?");
+}
+
+#[test]
+fn each_run_of_a_sweep_is_that_of_the_same_command() {
+    let program = Program::new("sweep");
+    let over = [
+        "--over",
+        "controller.r=[10,10],[20,20]",
+        "--over",
+        "seed=1..3",
+    ];
+    let args = [
+        &["sweep", "upright", "--duration", "3", "--json"],
+        over.as_slice(),
+    ]
+    .concat();
+    let sweep = program.json(&args);
+    let runs = sweep["runs"].as_array().unwrap();
+    assert_eq!(runs.len(), 6);
+    for (combination, seed) in [(0, 1), (1, 3)] {
+        let value = ["controller.r=[10,10]", "controller.r=[20,20]"][combination];
+        let seed_text = seed.to_string();
+        let args = [
+            "run",
+            "upright",
+            "--duration",
+            "3",
+            "--json",
+            "--set",
+            value,
+        ];
+        let summary = program.json(&[args.as_slice(), &["--seed", &seed_text]].concat());
+        let figures = &runs[3 * combination + seed - 1];
+        assert_eq!(figures["seed"], seed);
+        // The worse joint, equal to the bit.
+        let worse = |values: [&serde_json::Value; 2]| {
+            let [a, b] = values.map(|value| value.as_f64().unwrap().abs());
+            a.max(b)
+        };
+        let torque = &summary["peak_torque_nm"];
+        assert_eq!(figures["peak_torque_nm"], worse([&torque[0], &torque[1]]));
+        let joints = &summary["segments"][0]["joints"];
+        let error = [0, 1].map(|joint| &joints[joint]["steady_state_error_mrad"]);
+        assert_eq!(figures["rest_error_mrad"], worse(error));
+        let settled = [0, 1].map(|joint| &joints[joint]["settling_time_s"]);
+        assert_eq!(figures["settling_time_s"], worse(settled));
+    }
+    assert_ne!(runs[0]["peak_torque_nm"], runs[3]["peak_torque_nm"]);
+    let folder = program.0.join(sweep["folder"].as_str().unwrap());
+    let csv = fs::read_to_string(folder.join("sweep.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 7);
+    assert!(
+        csv.starts_with("controller.r,seed,settling_time_s,"),
+        "{csv}"
+    );
+    for name in ["sweep.svg", "sweep.png"] {
+        assert!(folder.join(name).is_file(), "{name}");
+    }
+    assert!(!folder.join("run.mcap").exists());
+}
+
+#[test]
+fn every_combination_is_checked_before_anything_runs() {
+    let program = Program::new("refused");
+    for (over, words) in [
+        (
+            "controller.r=[10,10],[-1,1]",
+            "with controller.r=[-1,1]: --set: `controller.r` cannot be",
+        ),
+        ("controller.r=10,20", "`controller.r` cannot be 10"),
+        ("control=paper,papier", "`control` cannot be papier"),
+        ("plant=default,haevy", "is it `heavy`?"),
+        ("controler.r=1", "there is no parameter `controler.r`"),
+        ("seed=9..1", "no range"),
+    ] {
+        program.refuses(&["sweep", "upright", "--over", over], words);
+    }
+    let runs = fs::read_dir(program.0.join("runs")).map(Iterator::count);
+    assert!(matches!(runs, Err(_) | Ok(0)), "{runs:?}");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_the_runs_that_have_ended() {
+    let program = Program::new("interrupted");
+    let args = [
+        "sweep",
+        "hour",
+        "--duration",
+        "20",
+        "--over",
+        "seed=1..500",
+        "--quiet",
+    ];
+    let mut child = program
+        .command(&args)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_secs(6));
+    let pid = rustix::process::Pid::from_child(&child);
+    rustix::process::kill_process(pid, rustix::process::Signal::INT).unwrap();
+    let status = child.wait().unwrap();
+    assert_eq!(status.code(), Some(130));
+    let folder = fs::read_dir(program.0.join("runs"))
+        .unwrap()
+        .next()
+        .unwrap()
+        .unwrap();
+    let csv = fs::read_to_string(folder.path().join("sweep.csv")).unwrap();
+    assert!((2..500).contains(&csv.lines().count()), "{csv}");
+}
