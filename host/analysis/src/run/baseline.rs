@@ -22,6 +22,15 @@ pub struct Baseline {
 }
 
 impl Baseline {
+    /// Name of its control.
+    pub fn name(&self) -> &'static str {
+        match self.control {
+            Base::Board => "the board's own control",
+            Base::Paper => "the paper's weights and observer",
+            Base::Compensated => "Kalman filter and friction compensation",
+        }
+    }
+
     /// Runs it on the bench, as fast as possible; `spec` has its control, and names its log.
     ///
     /// # Errors

@@ -9,9 +9,11 @@ use armbridge_log::summary::{LogSummary, ServoSummary, Summary};
 use armbridge_shared::link::message::PortCounters;
 
 use super::run_stats::DecimatedRecords;
-use super::{Baseline, RunError, RunHost};
+use super::{BASELINE_LOG, Baseline, RunError, RunHost};
 use crate::plan_runner::{Ending, PlanError};
 use crate::plot;
+use crate::run_folder::RunFolder;
+use crate::run_page::{self, Beside, PageInput};
 
 /// Verdict on a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,7 +67,8 @@ impl RunHost {
             mut facts,
             success,
             duration_s,
-            has_plots,
+            files,
+            made_by,
             baseline,
             ..
         } = self;
@@ -122,14 +125,19 @@ impl RunHost {
         let mut summary = summary.with_causes(&trips);
         summary.remarks.append(&mut stats.conclusions);
         summary.remarks.extend(csv_trouble);
-        if has_plots {
+        if files.plots {
             let DecimatedRecords { records, every, .. } = &stats.plotted;
             if *every > 1 {
                 let remark = format!("the plots show one tick in {every}");
                 summary.remarks.push(remark);
             }
-            if let Err(error) = plot::draw_all(folder.path(), &facts, records) {
-                summary.remarks.push(error.to_string());
+            let drawn = plot::draw_all(folder.path(), &facts, records).map(drop);
+            let page = write_page(&folder, files.log, &made_by, baseline.as_ref());
+            for trouble in [drawn.err().map(|it| it.to_string()), page.err()]
+                .into_iter()
+                .flatten()
+            {
+                summary.remarks.push(trouble);
                 is_complete = false;
             }
         }
@@ -164,4 +172,22 @@ fn close(recorder: Recorder) -> LogSummary {
         size: report.size,
         trouble: error.or(report.trouble),
     }
+}
+
+/// Writes the page of a run.
+fn write_page(
+    folder: &RunFolder,
+    log: &str,
+    made_by: &str,
+    baseline: Option<&Baseline>,
+) -> Result<(), String> {
+    let log = folder.file(log);
+    let beside = baseline.map(|baseline| (folder.file(BASELINE_LOG), baseline.name()));
+    let input = PageInput {
+        beside: beside.as_ref().map(|(log, name)| Beside { log, name }),
+        made_by: Some(made_by),
+        ..PageInput::of_log(&log)
+    };
+    let written = run_page::write(folder.path(), &input);
+    written.map(drop).map_err(|error| error.to_string())
 }

@@ -49,6 +49,8 @@ pub struct RunSpec {
     pub success: Vec<Success>,
     /// Monitor of the expectations.
     pub judge: Option<ExpectationMonitor>,
+    /// Command that makes the run, to repeat it.
+    pub made_by: String,
     /// Files to write.
     pub files: Files,
     /// The run waits for the disk, which only virtual time permits.
@@ -67,7 +69,7 @@ pub struct Files {
     pub log: &'static str,
     /// `run.csv`, written where the link is served: for virtual time.
     pub csv: bool,
-    /// The plots.
+    /// The plots and the page.
     pub plots: bool,
 }
 
@@ -97,7 +99,8 @@ pub struct RunHost {
     facts: RunFacts,
     success: Vec<Success>,
     duration_s: f64,
-    has_plots: bool,
+    files: Files,
+    made_by: String,
     baseline: Option<Baseline>,
     look_us: u64,
     begun: Instant,
@@ -123,6 +126,7 @@ impl RunHost {
             facts,
             success,
             judge,
+            made_by,
             files,
             is_patient,
             is_quiet,
@@ -143,7 +147,8 @@ impl RunHost {
             facts,
             success,
             duration_s,
-            has_plots: files.plots,
+            files,
+            made_by,
             baseline: None,
             look_us: 0,
             begun: Instant::now(),

@@ -56,7 +56,9 @@ fn at_setpoints(summary: &Summary, pushes: usize) -> Option<String> {
     if settled.len() == segments.len() {
         // A push delays the last time at which a joint settles.
         let result = match pushes {
-            0 => format!("is within {within_mrad:.0} mrad of {setpoints} in at most {slowest_s:.2} s"),
+            0 => format!(
+                "is within {within_mrad:.0} mrad of {setpoints} in at most {slowest_s:.2} s"
+            ),
             1 => "recovers from a push".to_owned(),
             pushes => format!("recovers from {pushes} pushes"),
         };

@@ -297,7 +297,10 @@ fn the_table_has_the_keys_that_the_parser_takes() {
         ("zzz = 1", ""),
         ("title = 't'\n[stop]\nzzz = 1", "stop."),
         ("[[step]]\nzzz = 1", "step."),
-        ("[[step]]\n[step.minimum_jerk]\nzzz = 1", "step.minimum_jerk."),
+        (
+            "[[step]]\n[step.minimum_jerk]\nzzz = 1",
+            "step.minimum_jerk.",
+        ),
         ("[[step]]\n[[step.waypoints]]\nzzz = 1", "step.waypoints."),
         ("[[step]]\n[[step.stream]]\nzzz = 1", "step.stream."),
         ("[[step]]\n[step.sinusoid]\nzzz = 1", "step.sinusoid."),
@@ -309,7 +312,10 @@ fn the_table_has_the_keys_that_the_parser_takes() {
     ] {
         let error = toml::from_str::<file::File>(text).unwrap_err();
         let mut parsed: Vec<&str> = error.message().split('`').skip(3).step_by(2).collect();
-        let below = KEYS.keys.iter().filter_map(|key| key.path.strip_prefix(prefix));
+        let below = KEYS
+            .keys
+            .iter()
+            .filter_map(|key| key.path.strip_prefix(prefix));
         let mut known: Vec<&str> = below.filter(|name| !name.contains('.')).collect();
         parsed.sort_unstable();
         known.sort_unstable();

@@ -175,10 +175,10 @@ fn settled(segments: &[SegmentSummary]) -> (usize, usize) {
 
 /// What the baseline does on the same arm.
 fn baseline_text(baseline: &Baseline, name: &str) -> String {
-    let (words, option) = match baseline.control {
-        Base::Board => ("The board's own control", "board"),
-        Base::Paper => ("The paper's weights and observer", "paper"),
-        Base::Compensated => ("Kalman filter and friction compensation", "compensated"),
+    let option = match baseline.control {
+        Base::Board => "board",
+        Base::Paper => "paper",
+        Base::Compensated => "compensated",
     };
     let summary = &baseline.summary;
     let joints = summary.segments.iter().flat_map(|segment| &segment.joints);
@@ -203,13 +203,21 @@ fn baseline_text(baseline: &Baseline, name: &str) -> String {
             format!("stop up to {off_mrad:.0} mrad short{cause}")
         }
     };
-    let text = format!("{words}, on the same arm and seed, {result}.");
+    let control = capitalised(baseline.name());
+    let text = format!("{control}, on the same arm and seed, {result}.");
     let mut lines = text_table::wrap(text.split(' '), " ", WIDTH, "").join("\n");
     let command = format!("armbridge run {name} --control {option}");
     let last = lines.lines().last().map_or(0, |line| line.chars().count());
     let is_beside = last + 2 + command.len() <= WIDTH;
     let _ = writeln!(lines, "{}{command}", if is_beside { "  " } else { "\n " });
     lines
+}
+
+/// The text with a capital at its beginning.
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    first.chain(letters).collect()
 }
 
 /// Where the files are.

@@ -331,6 +331,7 @@ impl Staging<'_> {
             plan,
             facts,
             success,
+            made_by: command_line(),
             files: Files {
                 log: RUN_LOG,
                 csv: self.config.writes_csv() && is_simulated,
@@ -380,4 +381,28 @@ fn show(name: &str) -> Outcome {
         .ok_or_else(|| format!("no scenario `{name}` ships: `armbridge run --list` shows them"))?;
     print!("{}", builtin.text);
     Ok(ExitCode::SUCCESS)
+}
+
+/// This program's command line, as it can be typed again; of the demo, if nothing was typed.
+fn command_line() -> String {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let words = match &words[..] {
+        [] => "run demo".to_owned(),
+        words => words
+            .iter()
+            .map(|word| quoted(word))
+            .collect::<Vec<_>>()
+            .join(" "),
+    };
+    format!("armbridge {words}")
+}
+
+/// A word as a shell reads it.
+fn quoted(word: &str) -> String {
+    let is_plain = |letter: char| letter.is_alphanumeric() || "-_./:=,+@%".contains(letter);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
 }

@@ -198,6 +198,7 @@ fn the_demo_writes_every_file_and_prints_a_table() {
         "angles.png",
         "angles.svg",
         "baseline.mcap",
+        "run.html",
         "run.mcap",
         "timing.png",
         "timing.svg",
