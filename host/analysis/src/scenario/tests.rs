@@ -84,14 +84,14 @@ fn mistakes_have_a_place_and_say_what_is_right() {
         ),
         (
             "[bench]\ninitial_rad = [3.0, 0.0]",
-            "5:15",
+            "5:16",
             "from -1.4 to 1.4",
         ),
         ("[bench]\nplant.torque_gain = 99.0", "5:21", "0.1 to 10"),
         (
             "[[bench.push]]\nat_s = 1\njoint = 3\ntorque_nm = 1\nduration_s = 1",
             "6:9",
-            "joint 1 or 2",
+            "from 1 to 2",
         ),
         ("[expect]\nsettles_within_s = -1", "5:20", "above 0"),
         ("success = [\"angel\"]", "4:12", "is it `angle`"),
@@ -327,6 +327,8 @@ fn the_table_has_the_keys_that_the_parser_takes() {
 fn ranges_are_those_of_the_board() {
     use armbridge_shared::bridge::limits::REFERENCE_MAX_RAD;
     use armbridge_shared::link::limits::hard;
-    assert_eq!(keys::REFERENCE_RAD.high as f32, REFERENCE_MAX_RAD);
-    assert_eq!(keys::TORQUE_NM.high as f32, hard::TORQUE_NM);
+    let [reference_rad, torque_nm] =
+        [keys::REFERENCE_RAD, keys::TORQUE_NM].map(|range| range.high as f32);
+    assert!((reference_rad - REFERENCE_MAX_RAD).abs() < f32::EPSILON);
+    assert!((torque_nm - hard::TORQUE_NM).abs() < f32::EPSILON);
 }

@@ -27,10 +27,20 @@ pub(crate) struct Suggested<T: Clone> {
     parse: fn(&str) -> Result<T, String>,
 }
 
+/// Names of the scenarios that ship.
+pub(crate) fn scenario_names() -> Vec<&'static str> {
+    BUILTINS.iter().map(|builtin| builtin.name).collect()
+}
+
+/// Names of the virtual arms that ship.
+pub(crate) fn plant_names() -> Vec<&'static str> {
+    PLANTS.iter().map(|plant| plant.name).collect()
+}
+
 /// A scenario: the name of one that ships, or a file.
 pub(crate) fn scenarios() -> Suggested<String> {
     Suggested {
-        values: || BUILTINS.iter().map(|builtin| builtin.name).collect(),
+        values: scenario_names,
         parse: |text| Ok(text.into()),
     }
 }
@@ -38,7 +48,7 @@ pub(crate) fn scenarios() -> Suggested<String> {
 /// A virtual arm: the name of one that ships, or a file.
 pub(crate) fn plants() -> Suggested<String> {
     Suggested {
-        values: || PLANTS.iter().map(|plant| plant.name).collect(),
+        values: plant_names,
         parse: |text| Ok(text.into()),
     }
 }

@@ -11,6 +11,7 @@ use armbridge_analysis::monte_carlo;
 use armbridge_analysis::monte_carlo::{Maneuver, Outcome as Trialled, Run, Trial};
 use armbridge_analysis::plot;
 use armbridge_analysis::progress::Progress;
+use armbridge_client::{ctrl_c, stdio};
 use armbridge_log::CsvWriter;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
@@ -208,19 +209,26 @@ pub(crate) fn run(args: &BenchArgs) -> Outcome {
     let seeds = &args.seeds.0;
     let quiet = args.quiet || args.json;
     let progress = Progress::new(seeds.len() as f64, quiet);
+    ctrl_c::listen()?;
     let recorder = recorder(args, &trial)?;
     let one = |seed| {
+        if ctrl_c::is_raised() {
+            return Ok(None);
+        }
         // The log of the first seed alone is kept.
         let is_shown = args.plot.is_some() && seeds.first() == Some(&seed);
         let tap = recorder.as_ref().filter(|_| is_shown).map(Recorder::tap);
         let run = trial.run_with_tap(seed, tap)?;
         let outcome = Trialled::from_run(&trial, seed, &run);
-        Ok::<_, monte_carlo::TrialError>((outcome, is_shown.then_some(run)))
+        Ok::<_, monte_carlo::TrialError>(Some((outcome, is_shown.then_some(run))))
     };
     let results = monte_carlo::for_seeds(seeds, one, |done| progress.set_position(done as f64))?;
     progress.finish();
     recorder.map(Recorder::finish).transpose()?;
-    let (outcomes, mut runs): (Vec<_>, Vec<_>) = results.into_iter().unzip();
+    let (outcomes, mut runs): (Vec<_>, Vec<_>) = results.into_iter().flatten().unzip();
+    if outcomes.is_empty() {
+        return Ok(ExitCode::from(ctrl_c::exit_code()));
+    }
     if let (Some(folder), Some(run)) = (&args.plot, runs.first_mut().and_then(Option::take)) {
         write(folder, &facts(&trial, seeds[0]), &run)?;
     }
@@ -242,6 +250,13 @@ pub(crate) fn run(args: &BenchArgs) -> Outcome {
         )
     };
     printed.map_err(|error| format!("cannot print the outcomes: {error}"))?;
+    if outcomes.len() < seeds.len() {
+        let (done, count) = (outcomes.len(), seeds.len());
+        stdio::note(format_args!(
+            "armbridge: ended by ctrl-c after {done} of {count} seeds"
+        ));
+        return Ok(ExitCode::from(ctrl_c::exit_code()));
+    }
     let is_faulty = outcomes.iter().any(|outcome| outcome.fault.is_some());
     Ok(ExitCode::from(u8::from(is_faulty)))
 }

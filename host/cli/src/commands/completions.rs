@@ -7,6 +7,7 @@ use clap::{Args, Command};
 use clap_complete::Shell;
 
 use super::Outcome;
+use crate::args::suggestions::{plant_names, scenario_names};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -27,6 +28,40 @@ pub(crate) struct CompletionsArgs {
 pub(crate) fn run(args: &CompletionsArgs, mut program: Command) -> Outcome {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut program, "armbridge", &mut script);
-    std::io::stdout().write_all(&script)?;
+    let script = with_files(args.shell, String::from_utf8(script)?);
+    std::io::stdout().write_all(script.as_bytes())?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Lets names of scenarios and virtual arms complete beside files, which the generator
+/// leaves out; bash falls back to files by itself.
+fn with_files(shell: Shell, mut script: String) -> String {
+    match shell {
+        Shell::Zsh => {
+            for names in [scenario_names(), plant_names()] {
+                let list = format!("({})", names.join(" "));
+                let both = format!("{{_alternative \"names:name:{list}\" \"files:file:_files\"}}");
+                script = script.replace(&list, &both);
+            }
+        }
+        Shell::Fish => {
+            for names in [scenario_names(), plant_names()] {
+                let first = format!("-a \"{}\\t", names[0]);
+                script = script.replace(&format!("-f {first}"), &format!("-F {first}"));
+            }
+            for (command, names) in [
+                ("run", scenario_names()),
+                ("sweep", scenario_names()),
+                ("plants", plant_names()),
+            ] {
+                script.push_str(&format!(
+                    "complete -c armbridge -n \"__fish_armbridge_using_subcommand {command}\" -a \
+                     \"{}\"\n",
+                    names.join(" ")
+                ));
+            }
+        }
+        _ => {}
+    }
+    script
 }

@@ -123,7 +123,8 @@ type Grid = (Vec<String>, Vec<(Combination, Scenario)>, Vec<u64>);
 /// Checks every combination.
 fn grid(args: &SweepArgs, config: &Config) -> Result<Grid, Error> {
     let parsed: Result<Vec<Axis>, AxisError> = args.over.iter().map(|text| text.parse()).collect();
-    let (mut values, mut seeds): (Vec<(String, Vec<String>)>, Vec<u64>) = Default::default();
+    let mut values: Vec<(String, Vec<String>)> = Vec::new();
+    let mut seeds: Vec<u64> = Vec::new();
     for axis in parsed? {
         match axis {
             Axis::Seeds(more) => seeds.extend(more),

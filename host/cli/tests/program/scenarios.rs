@@ -294,9 +294,9 @@ fn virtual_arms_have_names() {
     let torque = |plant: &str| {
         let args = [
             "run",
-            "upright",
+            "push",
             "--duration",
-            "1",
+            "2.9",
             "--json",
             "--plant",
             plant,
@@ -319,7 +319,7 @@ fn each_run_of_a_sweep_is_that_of_the_same_command() {
         "seed=1..3",
     ];
     let args = [
-        &["sweep", "upright", "--duration", "3", "--json"],
+        &["sweep", "push", "--duration", "2.9", "--json"],
         over.as_slice(),
     ]
     .concat();
@@ -329,15 +329,7 @@ fn each_run_of_a_sweep_is_that_of_the_same_command() {
     for (combination, seed) in [(0, 1), (1, 3)] {
         let value = ["controller.r=[10,10]", "controller.r=[20,20]"][combination];
         let seed_text = seed.to_string();
-        let args = [
-            "run",
-            "upright",
-            "--duration",
-            "3",
-            "--json",
-            "--set",
-            value,
-        ];
+        let args = ["run", "push", "--duration", "2.9", "--json", "--set", value];
         let summary = program.json(&[args.as_slice(), &["--seed", &seed_text]].concat());
         let figures = &runs[3 * combination + seed - 1];
         assert_eq!(figures["seed"], seed);
@@ -352,7 +344,9 @@ fn each_run_of_a_sweep_is_that_of_the_same_command() {
         let error = [0, 1].map(|joint| &joints[joint]["steady_state_error_mrad"]);
         assert_eq!(figures["rest_error_mrad"], worse(error));
         let settled = [0, 1].map(|joint| &joints[joint]["settling_time_s"]);
-        assert_eq!(figures["settling_time_s"], worse(settled));
+        // The summary's is a difference of two times after the first record.
+        let settled_s = figures["settling_time_s"].as_f64().unwrap();
+        assert!((settled_s - worse(settled)).abs() < 1e-9);
     }
     assert_ne!(runs[0]["peak_torque_nm"], runs[3]["peak_torque_nm"]);
     let folder = program.0.join(sweep["folder"].as_str().unwrap());
@@ -394,11 +388,11 @@ fn ctrl_c_keeps_the_runs_that_have_ended() {
     let program = Program::new("interrupted");
     let args = [
         "sweep",
-        "hour",
+        "push",
         "--duration",
-        "20",
+        "2.9",
         "--over",
-        "seed=1..500",
+        "seed=1..20000",
         "--quiet",
     ];
     let mut child = program
@@ -417,5 +411,5 @@ fn ctrl_c_keeps_the_runs_that_have_ended() {
         .unwrap()
         .unwrap();
     let csv = fs::read_to_string(folder.path().join("sweep.csv")).unwrap();
-    assert!((2..500).contains(&csv.lines().count()), "{csv}");
+    assert!((2..20_000).contains(&csv.lines().count()), "{csv}");
 }

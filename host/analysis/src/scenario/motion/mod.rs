@@ -286,7 +286,7 @@ impl Path {
                 angles().fold(f64::NEG_INFINITY, f64::max),
             );
             lines.push(format!(
-                "  joint {}: {low:+.2} to {high:+.2} rad, {:.2} of {:.0} rad/s, {:.1} of {:.0} \
+                "  q{}: {low:+.2} to {high:+.2} rad, {:.2} of {:.0} rad/s, {:.1} of {:.0} \
                  rad/s², {:.2} of {:.2} N m",
                 joint + 1,
                 speed.value,

@@ -50,6 +50,43 @@ fn bash_completes_commands_and_options() {
     assert_eq!(completed("armbridge des"), "design");
     assert_eq!(completed("armbridge params --dr"), "--dry-run");
     assert!(completed("armbridge completions z").contains("zsh"));
+    assert_eq!(completed("armbridge run upri"), "upright");
+    assert_eq!(completed("armbridge sweep pus"), "push");
+    assert_eq!(completed("armbridge run --plant hea"), "heavy");
+    assert_eq!(
+        completed("armbridge run --set controller.q"),
+        "controller.q="
+    );
+}
+
+/// Names of scenarios and virtual arms, beside files; parameters.
+#[test]
+fn other_shells_complete_names_as_well() {
+    let program = Program::new();
+    for (shell, words) in [
+        (
+            "zsh",
+            [
+                "{_alternative \"names:name:(demo upright",
+                "{_alternative \"names:name:(default dead-zone heavy",
+                "limits.hold_ms=",
+            ],
+        ),
+        (
+            "fish",
+            [
+                "using_subcommand sweep\" -a \"demo upright",
+                "-l plant -d",
+                "limits.hold_ms=",
+            ],
+        ),
+    ] {
+        let script = program.says(&["completions", shell]);
+        for word in words {
+            assert!(script.contains(word), "no {word} for {shell}");
+        }
+        assert!(!script.contains("-f -a \"demo"), "{shell}");
+    }
 }
 
 #[test]

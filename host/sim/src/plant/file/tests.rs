@@ -116,11 +116,11 @@ fn errors_have_key_line_and_column() {
     let path = folder.join(format!("armbridge-plant-{}.toml", std::process::id()));
     for (text, at, words) in [
         ("torque_gian = 1", (1, 1), ["torque_gian", "`torque_gain`"]),
-        ("[arm]\nl9 = 1", (2, 1), ["l9", "`l1`"]),
+        ("[arm]\nl9 = 1", (2, 1), ["l9", "l1"]),
         (
             "[joint1]\n  coulomb_nm = true",
             (2, 16),
-            ["coulomb_nm", "expected a number"],
+            ["coulomb_nm", "a number from 0"],
         ),
         (
             "held = true\ninertia_scale = 0",
@@ -134,12 +134,12 @@ fn errors_have_key_line_and_column() {
         ),
         (
             "[joint2]\nstops_rad = [1, -1]",
-            (2, 13),
+            (2, 1),
             ["stops_rad", "smallest"],
         ),
         (
             "[joint1]\ndead_zone_counts = [0, 501]",
-            (2, 20),
+            (2, 24),
             ["dead_zone_counts", "from 0 to 500"],
         ),
         (
@@ -155,7 +155,7 @@ fn errors_have_key_line_and_column() {
         (
             "[joint2]\ndirection = 'up'",
             (2, 13),
-            ["direction", "`reverse`"],
+            ["direction", "\"reverse\""],
         ),
     ] {
         std::fs::write(&path, text).unwrap();
