@@ -15,7 +15,19 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Ok(());
     }
     let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?).join("..");
-    println!("cargo:rerun-if-changed=../memory.x");
+    // With these, cargo's list of the image's sources is complete: `emulate:` compares it
+    // with the image.
+    for path in [
+        "../memory.x",
+        "../Cargo.toml",
+        "../Cargo.lock",
+        "../.cargo/config.toml",
+        "../shared/Cargo.toml",
+        "Cargo.toml",
+        "build.rs",
+    ] {
+        println!("cargo:rerun-if-changed={path}");
+    }
     println!("cargo:rustc-link-search={}", root.display());
     if emulated {
         println!("cargo:rustc-link-arg-bins=--defsym=_flash_origin=0");

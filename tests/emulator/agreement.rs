@@ -12,7 +12,7 @@ use armbridge_shared::link::message::{Command, Drive, Fault, Mode, Record, Setup
 use armbridge_shared::link::motion::Motion;
 use armbridge_sim::Bench;
 use armbridge_sim::cosim::Cosim;
-use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, qemu};
+use armbridge_sim::emulator::{EmulatedBoard, Image, Qemu, QemuOptions, Time};
 use armbridge_sim::link_server::LinkServer;
 use armbridge_sim::plant::Plant;
 use armbridge_tests::{computed_torque, plant, records, settling_s, sinusoid};
@@ -71,7 +71,7 @@ fn bench(friction_on: bool) -> Bench {
 }
 
 fn board(icount: bool) -> EmulatedBoard {
-    let image = qemu::default_image();
+    let image = Image::current().unwrap();
     let options = QemuOptions {
         image,
         time: Time::Lockstep,

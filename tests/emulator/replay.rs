@@ -8,7 +8,7 @@ use armbridge_shared::link::message::{Command, Drive, Record, Setup, ToHost};
 use armbridge_shared::link::motion::Motion;
 use armbridge_sim::Bench;
 use armbridge_sim::cosim::Cosim;
-use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, qemu};
+use armbridge_sim::emulator::{EmulatedBoard, Image, Qemu, QemuOptions, Time};
 use armbridge_sim::plant::Plant;
 use armbridge_tests::tapped_bench::{TappedHost, assert_all_equal, records, replay};
 use armbridge_tests::{plant, sinusoid};
@@ -17,7 +17,7 @@ use armbridge_tests::{plant, sinusoid};
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
 fn what_the_processor_computed_is_the_same_here() {
     let board = Qemu::start(&QemuOptions {
-        image: qemu::default_image(),
+        image: Image::current().unwrap(),
         time: Time::Lockstep,
         icount: false,
         provoke: None,

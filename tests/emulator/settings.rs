@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use armbridge_client::tcp_pump;
 use armbridge_shared::link::message::{Refusal, SettingsFrom};
-use armbridge_sim::emulator::{Failure, Provocation, Qemu, QemuOptions, Time, qemu};
+use armbridge_sim::emulator::{Failure, Image, Provocation, Qemu, QemuOptions, Time};
 use armbridge_sim::raw_bus_server::WallClockBench;
 use armbridge_tests::command_host::{CommandHost, Request, SAVE, bench, configure};
 
@@ -17,7 +17,7 @@ fn save_and_restart(failure: Failure, requests: &[Request]) -> [CommandHost; 2] 
     const FAILS_MS: u32 = 1_200;
     let begun = Instant::now();
     let mut qemu = Qemu::start(&QemuOptions {
-        image: qemu::default_image(),
+        image: Image::current().unwrap(),
         time: Time::Slow(SLOW),
         icount: false,
         provoke: Some(Provocation {

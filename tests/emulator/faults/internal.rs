@@ -8,7 +8,7 @@
 
 use armbridge_client::session::BoardMessage;
 use armbridge_shared::link::message::{Command, End, LastEnd, Mode, Refusal, ToHost};
-use armbridge_sim::emulator::{Failure, Provocation, qemu};
+use armbridge_sim::emulator::{Failure, Image, Provocation};
 use object::{Object, ObjectSymbol};
 
 use super::slow_motion::Rig;
@@ -114,7 +114,7 @@ fn fail(failure: Failure, bound_ms: f64, logged: &str) -> LastEnd {
 
 /// The function of the firmware that this address is in.
 fn function(pc: u32) -> String {
-    let image = std::fs::read(qemu::default_image()).unwrap();
+    let image = std::fs::read(Image::current().unwrap().path).unwrap();
     let image = object::File::parse(&*image).unwrap();
     let is_it = |begin: u64, size: u64| (begin..begin + size).contains(&u64::from(pc));
     let mut symbols = image.symbols();

@@ -17,7 +17,7 @@ use armbridge_client::tcp_pump::is_timeout;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Command;
 use armbridge_sim::Bench;
-use armbridge_sim::emulator::{Provocation, Qemu, QemuOptions, Time, log, qemu};
+use armbridge_sim::emulator::{Image, Provocation, Qemu, QemuOptions, Time, log};
 use armbridge_sim::plant::Plant;
 use armbridge_tests::plant;
 
@@ -55,7 +55,7 @@ impl Rig {
     /// Everything switched on.
     pub(crate) fn start(slow: u32, provoke: Option<Provocation>) -> Self {
         let options = QemuOptions {
-            image: qemu::default_image(),
+            image: Image::current().unwrap(),
             time: Time::Slow(slow),
             icount: true,
             provoke,

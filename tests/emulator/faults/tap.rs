@@ -12,7 +12,7 @@ use armbridge_shared::servo::port::bytes_us;
 use armbridge_sim::Bench;
 use armbridge_sim::board::{Board, Input, Output, Wake};
 use armbridge_sim::cosim::Cosim;
-use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuError, QemuOptions, Time, log, qemu};
+use armbridge_sim::emulator::{EmulatedBoard, Image, Qemu, QemuError, QemuOptions, Time, log};
 use armbridge_sim::plant::Plant;
 use armbridge_tests::plant;
 
@@ -44,7 +44,7 @@ pub(crate) struct Tap {
 /// A tapped board, an arm that leans, and `host`.
 pub(crate) fn run<H: Host>(host: H) -> Cosim<Tap, H> {
     let options = QemuOptions {
-        image: qemu::default_image(),
+        image: Image::current().unwrap(),
         time: Time::Lockstep,
         icount: false,
         provoke: None,

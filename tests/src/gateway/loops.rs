@@ -6,7 +6,7 @@ use armbridge_shared::link::message::{Mode, PortCounters, Record, Setup};
 use armbridge_shared::servo::Firmware;
 use armbridge_sim::board::{Board, VirtualBoard};
 use armbridge_sim::cosim::Cosim;
-use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, qemu};
+use armbridge_sim::emulator::{EmulatedBoard, Image, Qemu, QemuOptions, Time};
 
 use super::bench;
 use super::client::{Hammer, Tally, curious};
@@ -59,7 +59,7 @@ pub fn on_bench(firmware: Firmware, client: Option<Hammer>) -> (Vec<Record>, Por
 /// A run of the firmware image under QEMU.
 pub fn in_emulator(firmware: Firmware, client: Option<Hammer>) -> (Vec<Record>, PortCounters) {
     let options = QemuOptions {
-        image: qemu::default_image(),
+        image: Image::current().expect("an image"),
         time: Time::Lockstep,
         icount: false,
         provoke: None,

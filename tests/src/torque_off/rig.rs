@@ -9,7 +9,7 @@ use armbridge_shared::servo::Firmware;
 use armbridge_sim::Bench;
 use armbridge_sim::board::{Board, Input, Output, VirtualBoard, Wake};
 use armbridge_sim::cosim::Cosim;
-use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuError, QemuOptions, Time, qemu};
+use armbridge_sim::emulator::{EmulatedBoard, Image, Qemu, QemuError, QemuOptions, Time};
 use armbridge_sim::half_duplex_bus::Device;
 use armbridge_sim::plant::{Plant, PlantConfig};
 use armbridge_sim::servo_kind::ServoKind;
@@ -56,7 +56,7 @@ impl World {
             }
             Self::Emulator => {
                 let options = QemuOptions {
-                    image: qemu::default_image(),
+                    image: Image::current().expect("an image"),
                     time: Time::Lockstep,
                     icount: false,
                     provoke: None,

@@ -115,55 +115,6 @@ fn a_taken_port_is_named() {
 }
 
 #[test]
-#[cfg(unix)]
-fn an_emulator_that_cannot_start_says_why() {
-    let program = Program::new("emulator");
-    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
-    let at = format!("tcp://{}", taken.local_addr().unwrap());
-    let output = program.run(&["serve", "board", "--link", "emulate:", "--listen", &at]);
-    assert_fails(&output, &[&at, "taken", "another port"]);
-
-    let image = program.0.join("no-such-image");
-    let image = image.to_str().unwrap();
-    let link = format!("emulate:{image}");
-    let run = ["run", "--quiet", "--link", &link];
-    let output = program.run(&run);
-    assert_fails(&output, &[image, "cargo build-emulator"]);
-    let output = program.run(&["serve", "board", "--link", &link, "--listen", at0()]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stderr).contains("cargo build-emulator"));
-
-    fs::write(image, "no image").unwrap();
-    let output = program.run(&run);
-    assert_fails(&output, &[image, "no ELF file", "cargo build-emulator"]);
-
-    fs::write(image, b"\x7FELF").unwrap();
-    let mut command = program.command(&run);
-    let output = command.env("PATH", "").output().unwrap();
-    assert_fails(
-        &output,
-        &["qemu-system-arm", "cargo verify", "apt-get install"],
-    );
-
-    // TCP's port multiplexer, which no machine runs.
-    let unused = "tcp://127.0.0.1:1";
-    let on_bus = format!("{link}?bus={unused}");
-    let output = program.run(&["run", "--quiet", "--link", &on_bus]);
-    assert_fails(&output, &[unused, "is the other side listening?"]);
-    let runs = fs::read_dir(program.0.join("runs")).map(Iterator::count);
-    assert!(
-        matches!(runs, Err(_) | Ok(0)),
-        "an empty run was left behind"
-    );
-}
-
-/// Any free port.
-#[cfg(unix)]
-fn at0() -> &'static str {
-    "tcp://127.0.0.1:0"
-}
-
-#[test]
 fn a_folder_that_cannot_be_made_is_named() {
     let program = Program::new("folder");
     fs::write(program.0.join("file"), "in the way").unwrap();

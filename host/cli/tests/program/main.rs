@@ -3,6 +3,8 @@
 //! A module a command or a subject: `cargo test -p armbridge --test program walk::`.
 
 mod cli;
+#[cfg(unix)]
+mod emulator;
 mod identification;
 mod inspect;
 mod links;

@@ -5,9 +5,9 @@
 //! decoded with the feature `defmt`.
 
 use std::io::Read;
-use std::path::Path;
 use std::thread::JoinHandle;
 
+use super::Image;
 #[cfg(feature = "defmt")]
 use defmt_decoder::{DecodeError, Table};
 
@@ -18,11 +18,11 @@ use defmt_decoder::{DecodeError, Table};
 /// If the image cannot be read.
 #[cfg(feature = "defmt")]
 pub fn spawn(
-    image: &Path,
+    image: &Image,
     mut stream: impl Read + Send + 'static,
     mut line: impl FnMut(String) + Send + 'static,
 ) -> std::io::Result<JoinHandle<()>> {
-    let table = Table::parse(&std::fs::read(image)?).ok().flatten();
+    let table = Table::parse(&std::fs::read(&image.path)?).ok().flatten();
     Ok(std::thread::spawn(move || {
         let mut bytes = [0; 1024];
         let mut decoder = table.as_ref().map(Table::new_stream_decoder);
@@ -49,7 +49,7 @@ pub fn spawn(
 /// None.
 #[cfg(not(feature = "defmt"))]
 pub fn spawn(
-    _: &Path,
+    _: &Image,
     mut stream: impl Read + Send + 'static,
     mut line: impl FnMut(String) + Send + 'static,
 ) -> std::io::Result<JoinHandle<()>> {

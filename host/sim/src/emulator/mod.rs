@@ -18,13 +18,16 @@
 //!
 //! | module     | contents                                                |
 //! |------------|---------------------------------------------------------|
+//! | [`image`]  | the image of the source tree, or a named one            |
 //! | [`qemu`]   | the process, its command line and its sockets           |
 //! | [`board`]  | the emulated board in virtual time                      |
 //! | [`log`]    | its defmt frames as lines                               |
 
 pub mod board;
+pub mod image;
 pub mod log;
 pub mod qemu;
 
 pub use board::EmulatedBoard;
+pub use image::{Image, ImageError};
 pub use qemu::{Failure, ProcessEnd, Provocation, Qemu, QemuError, QemuOptions, Time};

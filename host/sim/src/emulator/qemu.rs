@@ -1,15 +1,15 @@
 //! The QEMU process: its command line, its sockets, its end.
 
 use std::fmt;
-use std::fs::File;
 use std::io::{self, Read};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::CommandExt;
-use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
+
+use super::image::{Image, ImageError};
 
 /// Name of the emulator, which is on the search path if it is installed.
 const PROGRAM: &str = "qemu-system-arm";
@@ -67,8 +67,8 @@ impl fmt::Display for Provocation {
 /// Options of the emulator.
 #[derive(Clone, Debug)]
 pub struct QemuOptions {
-    /// The firmware image, an ELF file.
-    pub image: PathBuf,
+    /// The firmware image.
+    pub image: Image,
     /// Time base of the board.
     pub time: Time,
     /// Instructions take a fixed virtual time, so that measured compute times
@@ -81,12 +81,9 @@ pub struct QemuOptions {
 /// Reason for which the emulator does not run.
 #[derive(Debug, thiserror::Error)]
 pub enum QemuError {
-    /// There is no image where it should be.
-    #[error("no firmware image at {}: build it with `cargo build-emulator`", .0.display())]
-    NoImage(PathBuf),
-    /// The file is not an image.
-    #[error("{} is no ELF file: build the image with `cargo build-emulator`", .0.display())]
-    NotAnImage(PathBuf),
+    /// There is no image to run.
+    #[error(transparent)]
+    Image(#[from] ImageError),
     /// The program is not installed.
     #[error(
         "{PROGRAM} is not installed: `cargo verify` installs it where it may, \
@@ -154,9 +151,8 @@ impl Qemu {
     /// Starts the image and waits for its ports.
     ///
     /// # Errors
-    /// If there is no image, no QEMU, or it does not start.
+    /// If there is no QEMU, or it does not start.
     pub fn start(options: &QemuOptions) -> Result<Self, QemuError> {
-        check_image(&options.image)?;
         // QEMU connects to us: no free port has to be guessed.
         let listen = || TcpListener::bind((Ipv4Addr::LOCALHOST, 0));
         let listeners = [listen()?, listen()?, listen()?, listen()?];
@@ -220,16 +216,6 @@ impl Drop for Qemu {
     }
 }
 
-/// Checks that the file is an ELF image; QEMU would run any file.
-fn check_image(image: &Path) -> Result<(), QemuError> {
-    let mut file = File::open(image).map_err(|_| QemuError::NoImage(image.into()))?;
-    let mut magic = [0; 4];
-    match file.read_exact(&mut magic) {
-        Ok(()) if magic == *b"\x7FELF" => Ok(()),
-        _ => Err(QemuError::NotAnImage(image.into())),
-    }
-}
-
 fn arguments(options: &QemuOptions) -> Vec<String> {
     let time = match options.time {
         Time::Lockstep => "lockstep".into(),
@@ -248,7 +234,7 @@ fn arguments(options: &QemuOptions) -> Vec<String> {
         "-semihosting-config".into(),
         format!("enable=on,target=native,chardev=log,arg=armbridge,arg={time}{provoke}"),
         "-kernel".into(),
-        options.image.display().to_string(),
+        options.image.path.display().to_string(),
     ];
     if options.icount {
         // 8 ns an instruction: 125 MIPS, about the speed of the board's 168 MHz
@@ -300,15 +286,4 @@ fn process_end(process: &mut Child) -> Option<ProcessEnd> {
         (_, Some(line)) => ProcessEnd::Message(line.into()),
         (_, None) => ProcessEnd::Status(status),
     })
-}
-
-/// Path of the image that `cargo build-emulator` builds.
-pub fn default_image() -> PathBuf {
-    let relative = Path::new("thumbv7em-none-eabihf/firmware/mps2-an386");
-    std::env::var_os("CARGO_TARGET_DIR")
-        .map_or_else(
-            || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target"),
-            PathBuf::from,
-        )
-        .join(relative)
 }

@@ -10,7 +10,7 @@ use armbridge_client::{Host, LinkError};
 
 use super::uri::{EmulatorUri, ExternalBus};
 use super::{Options, virtual_board};
-use crate::emulator::{EmulatedBoard, Qemu, QemuError, QemuOptions, Time, log, qemu};
+use crate::emulator::{EmulatedBoard, Image, Qemu, QemuError, QemuOptions, Time, log};
 
 /// Like [`drive`](super::drive), on this board.
 pub(super) fn run<H: Host>(
@@ -32,7 +32,10 @@ pub(super) fn run<H: Host>(
 /// Starts the image.
 fn start(uri: &EmulatorUri, board_log: fn(&str)) -> Result<Qemu, QemuError> {
     let options = QemuOptions {
-        image: uri.image.clone().unwrap_or_else(qemu::default_image),
+        image: match &uri.image {
+            Some(path) => Image::open(path)?,
+            None => Image::current()?,
+        },
         time: match &uri.bus {
             None => Time::Lockstep,
             Some(bus) => Time::Slow(bus.slow),
@@ -41,6 +44,7 @@ fn start(uri: &EmulatorUri, board_log: fn(&str)) -> Result<Qemu, QemuError> {
         provoke: None,
     };
     let qemu = Qemu::start(&options)?;
+    board_log(&format!("firmware image {}", options.image));
     // Read in any case: a full socket would block the board.
     log::spawn(&options.image, qemu.log.try_clone()?, move |line| {
         board_log(&line);

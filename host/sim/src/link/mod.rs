@@ -4,7 +4,7 @@
 //! |-----------------------------|-------------------------------------------------------|
 //! | `usb:`, `serial:`, `tcp:`, `pty:` | a board at a byte stream, see [`transport`]     |
 //! | `sim:`                      | the board's code and the bench, in this process       |
-//! | `emulate:`, `emulate:IMAGE` | the firmware image under QEMU, with the bench         |
+//! | `emulate:`, `emulate:IMAGE` | the current tree's or another firmware image under QEMU, with the bench |
 //! | `emulate:?icount`           | each instruction takes a fixed virtual time           |
 //! | `emulate:?bus=tcp://HOST:PORT&slow=50` | the image in slowed wall-clock time, on an external servo bus |
 
@@ -46,7 +46,7 @@ pub struct Options {
     pub client: Option<Box<dyn PortClient>>,
     /// Interactions with the arm.
     pub interactions: Option<Receiver<Interaction>>,
-    /// Takes each line that an emulated board logs.
+    /// Takes the name of an emulated board's image, and each line that the board logs.
     pub board_log: fn(&str),
     /// Options of a real link, and the taps.
     pub link: LinkOptions,

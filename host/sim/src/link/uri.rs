@@ -26,7 +26,7 @@ pub enum BoardUri {
 /// `emulate:IMAGE?bus=tcp://HOST:PORT&slow=50`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct EmulatorUri {
-    /// The image; `None` for the one that was built last.
+    /// The image; `None` for the one of the source tree that the program is called in.
     pub image: Option<PathBuf>,
     /// Each instruction takes 8 ns of virtual time, so that measured compute times
     /// repeat.
