@@ -19,6 +19,7 @@
 pub mod design;
 mod html;
 pub mod identify;
+mod levenberg_marquardt;
 pub mod monte_carlo;
 pub mod paper;
 pub mod plan_runner;

@@ -3,15 +3,14 @@
 //! The prior enters as residuals of its own: a parameter without information in the logs
 //! stays at its prior mean, with its prior uncertainty.
 
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
-use nalgebra::{SMatrix, SVector};
-use nalgebra_lm as lm;
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use super::arm::KnownParameters;
 use super::cost::{Cost, WindowFit, cost};
 use super::dataset::Trace;
 use super::prior::Prior;
 use super::quantity::{COUNT, Quantity};
+use crate::levenberg_marquardt::{LeastSquares, Limits, minimise};
 
 /// Rows of the problem: one per parameter for all windows together, one for the residual
 /// that no parameter reduces, and one per parameter for the prior.
@@ -82,17 +81,19 @@ impl<'a> Search<'a> {
         self.levenberg_marquardt(PATIENCE)
     }
 
-    fn levenberg_marquardt(self, patience: usize) -> Self {
+    fn levenberg_marquardt(mut self, patience: usize) -> Self {
         /// Relative change of cost and coordinates at convergence: a thousandth of their
         /// uncertainty.
         const TOLERANCE: f64 = 1e-6;
 
-        let (search, _) = LevenbergMarquardt::new()
-            .with_patience(patience)
-            .with_ftol(TOLERANCE)
-            .with_xtol(TOLERANCE)
-            .minimize(self);
-        search
+        let limits = Limits {
+            tolerance: TOLERANCE,
+            patience,
+            ..Limits::default()
+        };
+        // However it ends, the best coordinates are kept.
+        minimise(&mut self, limits);
+        self
     }
 
     /// The current coordinates.
@@ -141,13 +142,13 @@ impl<'a> Search<'a> {
     }
 }
 
-impl LeastSquaresProblem<f64, lm::Const<ROWS>, lm::Const<COUNT>> for Search<'_> {
-    type ResidualStorage = lm::storage::Owned<f64, lm::Const<ROWS>>;
-    type JacobianStorage = lm::storage::Owned<f64, lm::Const<ROWS>, lm::Const<COUNT>>;
-    type ParameterStorage = lm::storage::Owned<f64, lm::Const<COUNT>>;
+impl LeastSquares for Search<'_> {
+    fn coordinates(&self) -> DVector<f64> {
+        DVector::from_column_slice(&self.coordinates)
+    }
 
-    fn set_params(&mut self, x: &lm::SVector<f64, COUNT>) {
-        let coordinates: [f64; COUNT] = (*x).into();
+    fn set_coordinates(&mut self, x: &DVector<f64>) {
+        let coordinates: [f64; COUNT] = core::array::from_fn(|i| x[i]);
         if coordinates.map(f64::to_bits) != self.coordinates.map(f64::to_bits) {
             self.coordinates = coordinates;
             let limit = self.errors.outlier_limit_counts2;
@@ -156,23 +157,19 @@ impl LeastSquaresProblem<f64, lm::Const<ROWS>, lm::Const<COUNT>> for Search<'_> 
         }
     }
 
-    fn params(&self) -> lm::SVector<f64, COUNT> {
-        self.coordinates.into()
-    }
-
-    fn residuals(&self) -> Option<lm::SVector<f64, ROWS>> {
+    fn residuals(&self) -> Option<DVector<f64>> {
         let (_, top) = self.square_root()?;
         let rest = self.cost.squares / self.errors.variance_counts2 - top.norm_squared();
-        Some(lm::SVector::from_fn(|i, _| match i {
+        Some(DVector::from_fn(ROWS, |i, _| match i {
             i if i < COUNT => top[i],
             i if i < 2 * COUNT => self.prior_residual(i - COUNT),
             _ => rest.max(0.0).sqrt(),
         }))
     }
 
-    fn jacobian(&self) -> Option<lm::SMatrix<f64, ROWS, COUNT>> {
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
         let (upper, _) = self.square_root()?;
-        Some(lm::SMatrix::from_fn(|i, j| match i {
+        Some(DMatrix::from_fn(ROWS, COUNT, |i, j| match i {
             i if i < COUNT => upper[(i, j)],
             i if i == COUNT + j => 1.0 / self.prior.deviation[j],
             _ => 0.0,

@@ -7,12 +7,12 @@
 //! The search cannot leave a guess at which friction holds the arm: nothing moves, so
 //! the residuals depend on no parameter. Such a guess is rejected.
 
-use levenberg_marquardt::LevenbergMarquardt;
 use nalgebra::{DMatrix, DVector};
 
 use super::joint_parameters::{JointParameters, Unknown};
 use super::least_squares::Problem;
 use super::sampled_experiment::{ExperimentKind, SampledExperiment};
+use crate::levenberg_marquardt::{End, Limits, minimise};
 
 /// Condition number above which a combination of parameters is not identifiable: with exact
 /// derivatives, the smallest singular value is then rounding.
@@ -180,7 +180,7 @@ pub fn fit(
     unknowns: &[Unknown],
     guess: &JointParameters,
 ) -> Result<Fit, FitError> {
-    let problem = Problem::new(sampled, unknowns, guess);
+    let mut problem = Problem::new(sampled, unknowns, guess);
     let samples = sampled.iter().map(SampledExperiment::count).sum();
     let columns = problem.x.len();
     if samples <= columns {
@@ -192,16 +192,9 @@ pub fn fit(
     if let Some(kind) = problem.sticks {
         return Err(FitError::Sticks { kind });
     }
-    let (problem, report) = LevenbergMarquardt::new().minimize(problem);
-    // At the minimum, rounding may prevent any further improvement.
-    let converged = report.termination.was_successful()
-        || matches!(
-            report.termination,
-            levenberg_marquardt::TerminationReason::NoImprovementPossible(_)
-                | levenberg_marquardt::TerminationReason::LostPatience
-        );
+    let end = minimise(&mut problem, Limits::default());
     let finite = problem.x.iter().all(|x| x.is_finite());
-    if !(converged && finite) || problem.sticks.is_some() {
+    if end == End::NotFinite || !finite || problem.sticks.is_some() {
         return Err(FitError::NotConverged);
     }
     Ok(Fit::from_problem(&problem))

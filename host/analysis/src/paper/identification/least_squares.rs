@@ -2,13 +2,13 @@
 
 use core::ops::Range;
 
-use levenberg_marquardt::LeastSquaresProblem;
-use nalgebra_lm as lm;
+use nalgebra::{DMatrix, DVector};
 use num_dual::DualSVec64;
 
 use super::joint_parameters::{COUNT, JointParameters, Unknown};
 use super::motion::simulate;
 use super::sampled_experiment::{ExperimentKind, SampledExperiment};
+use crate::levenberg_marquardt::LeastSquares;
 
 /// Components of an initial state: angle and speed.
 const STATES: usize = 2;
@@ -23,9 +23,9 @@ pub(super) struct Problem<'a> {
     pub(super) unknowns: &'a [Unknown],
     guess: JointParameters,
     /// Current estimate: the unknowns, then the unknown initial states.
-    pub(super) x: lm::DVector<f64>,
-    pub(super) residuals: lm::DVector<f64>,
-    pub(super) jacobian: lm::DMatrix<f64>,
+    pub(super) x: DVector<f64>,
+    pub(super) residuals: DVector<f64>,
+    pub(super) jacobian: DMatrix<f64>,
     /// The first experiment in which the arm does not move.
     pub(super) sticks: Option<ExperimentKind>,
 }
@@ -48,8 +48,8 @@ impl<'a> Problem<'a> {
             sampled,
             unknowns,
             guess: *guess,
-            residuals: lm::DVector::zeros(rows),
-            jacobian: lm::DMatrix::zeros(rows, x.len()),
+            residuals: DVector::zeros(rows),
+            jacobian: DMatrix::zeros(rows, x.len()),
             x: x.into(),
             sticks: None,
         };
@@ -121,27 +121,23 @@ impl<'a> Problem<'a> {
     }
 }
 
-impl LeastSquaresProblem<f64, lm::Dyn, lm::Dyn> for Problem<'_> {
-    type ResidualStorage = lm::storage::Owned<f64, lm::Dyn>;
-    type JacobianStorage = lm::storage::Owned<f64, lm::Dyn, lm::Dyn>;
-    type ParameterStorage = lm::storage::Owned<f64, lm::Dyn>;
+impl LeastSquares for Problem<'_> {
+    fn coordinates(&self) -> DVector<f64> {
+        self.x.clone()
+    }
 
-    fn set_params(&mut self, x: &lm::DVector<f64>) {
+    fn set_coordinates(&mut self, x: &DVector<f64>) {
         if *x != self.x {
             self.x.copy_from(x);
             self.evaluate();
         }
     }
 
-    fn params(&self) -> lm::DVector<f64> {
-        self.x.clone()
-    }
-
-    fn residuals(&self) -> Option<lm::DVector<f64>> {
+    fn residuals(&self) -> Option<DVector<f64>> {
         Some(self.residuals.clone())
     }
 
-    fn jacobian(&self) -> Option<lm::DMatrix<f64>> {
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
         Some(self.jacobian.clone())
     }
 }
