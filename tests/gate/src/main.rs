@@ -9,6 +9,8 @@
 //! images, and cargo is always asked for the whole workspace: so no dependency is built
 //! in two forms. Overflow checks are on.
 
+#[cfg(test)]
+mod first_build;
 mod fuzz;
 mod host;
 mod lanes;
