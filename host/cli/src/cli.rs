@@ -6,9 +6,9 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::args::{OutputArgs, TaskArgs};
 use crate::commands::{
-    Outcome, arm, bench, calibrate, clear, completions, config, design, diff, disarm, export,
-    fault_campaign, foxglove, hand, identify, info, man, paper, params, plants, plot, push, replay,
-    run, scan, serve, servo, status, stop, sweep, watch,
+    Outcome, arm, bench, calibrate, clear, completions, config, design, diff, disarm, doctor,
+    export, fault_campaign, foxglove, hand, identify, info, man, paper, params, plants, plot, push,
+    replay, run, scan, serve, servo, status, stop, sweep, watch,
 };
 
 /// Deterministic control of a two-joint Dynamixel arm.
@@ -68,6 +68,9 @@ pub(crate) enum Command {
     /// Show the configuration of armbridge.toml and the environment, or every key.
     #[command(after_help = config::EXAMPLES)]
     Config(config::ConfigArgs),
+    /// Check this machine for everything that each job needs, with remedies.
+    #[command(after_help = doctor::EXAMPLES)]
+    Doctor(doctor::DoctorArgs),
     /// Summarise a log: run, gaps, faults, commands, settings, clocks.
     #[command(after_help = info::EXAMPLES)]
     Info(info::InfoArgs),
@@ -134,6 +137,7 @@ impl Command {
             Self::Design(args) => design::run(args),
             Self::Identify(args) => identify::run(args),
             Self::Config(args) => config::run(args),
+            Self::Doctor(args) => doctor::run(args),
             Self::Info(args) => info::run(args),
             Self::Plot(args) => plot::run(args),
             Self::Export(args) => export::run(args),

@@ -22,9 +22,9 @@ const HEAVY: [&str; 11] = [
     "zerocopy",
 ];
 
-/// Crates that may be built again for another set of features: small, and below nothing
-/// but crates of the workspace.
-const BUILT_AGAIN: [&str; 2] = ["rand", "rand_distr"];
+/// Crates that may have other features in other builds: small, and below little more than
+/// crates of the workspace.
+const BUILT_AGAIN: [&str; 1] = ["rand"];
 
 /// Packages of a build, a line each with version and features.
 fn tree(arguments: &str) -> BTreeSet<String> {

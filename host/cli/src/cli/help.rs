@@ -20,7 +20,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
         ],
     ),
     ("Servos", &["scan", "servo"]),
-    ("Set up", &["design", "identify", "config"]),
+    ("Set up", &["design", "identify", "config", "doctor"]),
     ("Logs", &["info", "plot", "export", "diff", "replay"]),
     (
         "Simulation",

@@ -9,6 +9,7 @@ pub(crate) mod config;
 pub(crate) mod design;
 pub(crate) mod diff;
 pub(crate) mod disarm;
+pub(crate) mod doctor;
 pub(crate) mod export;
 pub(crate) mod fault_campaign;
 pub(crate) mod foxglove;

@@ -4,6 +4,8 @@
 
 mod cli;
 #[cfg(unix)]
+mod doctor;
+#[cfg(unix)]
 mod emulator;
 mod identification;
 mod inspect;

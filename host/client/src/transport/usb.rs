@@ -18,9 +18,13 @@ use crate::servo_bus::Line;
 use crate::servo_bus::line::read_chunk;
 
 /// Vendor: pid.codes.
-pub(crate) const VENDOR_ID: u16 = 0x1209;
+pub const VENDOR_ID: u16 = 0x1209;
 /// Product: its number for tests, which others use too.
-pub(crate) const PRODUCT_ID: u16 = 0x0001;
+pub const PRODUCT_ID: u16 = 0x0001;
+/// Rule by which udev lets every user open a board.
+pub const UDEV_RULE: &str = r#"ATTR{idVendor}=="1209", ATTR{idProduct}=="0001", MODE="0666""#;
+/// File for the rule.
+pub const UDEV_RULE_FILE: &str = "/etc/udev/rules.d/70-armbridge.rules";
 /// Product name, which distinguishes our boards from those.
 pub(crate) const PRODUCT_NAME: &str = "Armbridge";
 /// Class of the interface with the pipes.
@@ -64,9 +68,8 @@ pub enum UsbError {
     Several(Vec<String>),
     /// Missing permission.
     #[error(
-        "{0} may not be opened: let your user have it by the line \
-         SUBSYSTEM==\"usb\", ATTR{{idVendor}}==\"1209\", ATTR{{idProduct}}==\"0001\", MODE=\"0666\" \
-         in /etc/udev/rules.d/70-armbridge.rules, and plug it in again"
+        "{0} may not be opened: let your user have it by the line {UDEV_RULE} in \
+         {UDEV_RULE_FILE}, and plug it in again"
     )]
     Permission(String),
     /// Another program uses it.
