@@ -91,11 +91,13 @@ fn a_calibration_is_practised_from_two_terminals() {
     answers.write_all(b"y\n").unwrap();
     let output = child.wait_with_output().unwrap();
     assert_ends(&output, 0, "Saved on the board.");
-    let saved = run(&board.link, &["params", "calibration.zero_count", "--json"]);
+    let zeros = ["joint1.zero_count", "joint2.zero_count"];
+    let saved = run(&board.link, &["params", zeros[0], zeros[1], "--json"]);
     let saved: serde_json::Value = serde_json::from_slice(&saved.stdout).unwrap();
-    for count in saved[0]["value"].as_array().unwrap() {
+    for joint in [0, 1] {
         // The virtual arm is mounted as the paper's, upright at the middle of the track.
-        assert!((count.as_f64().unwrap() - 512.0).abs() < 2.0, "{saved}");
+        let count = saved[joint]["value"].as_f64().unwrap();
+        assert!((count - 512.0).abs() < 2.0, "{saved}");
     }
 }
 
