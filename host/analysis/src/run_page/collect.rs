@@ -153,7 +153,8 @@ impl Collected {
         let zero_s = pass.zero_s.unwrap_or(0.0);
         let (mut events, events_left_out) = pass.events.finish();
         for event in &mut events {
-            event.time -= zero_s;
+            // A command may be sent before the first tick, or accepted after the last.
+            event.time = event.time.clamp(0.0, covered_s) - zero_s;
         }
         for (start_s, _) in &mut pass.modes {
             *start_s -= zero_s;
@@ -230,7 +231,7 @@ impl Pass {
             if self.gaps.len() < SHADED_MAX {
                 self.gaps.push([last_s, time_s]);
             }
-            self.rows.add_gap((last_s + time_s) / 2.0);
+            self.rows.add_gap(f64::midpoint(last_s, time_s));
         }
         self.last = Some((record.tick, time_s));
         if self.events.mode(record.mode, time_s) && self.modes.len() < SHADED_MAX {

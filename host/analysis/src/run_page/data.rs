@@ -134,9 +134,9 @@ fn run<'a>(run: &Collected, name: &'a str, is_main: bool) -> Run<'a> {
         for joint in 0..JOINTS {
             let values = run.rows.values(index * JOINTS + joint);
             let packed = if quantity.name == ENCODER {
-                Series::of(values.map(|ends| angles(run, joint, ends)))
+                Series::of(&values.map(|ends| angles(run, joint, ends)))
             } else {
-                Series::of(values)
+                Series::of(&values)
             };
             add(&mut series, quantity.name, joint, packed);
         }
@@ -167,7 +167,7 @@ fn poses(run: &Collected) -> Table {
     for (index, name) in POSE_NAMES.into_iter().enumerate() {
         for joint in 0..JOINTS {
             let values = run.poses.values(index * JOINTS + joint);
-            add(&mut series, name, joint, Series::of(values));
+            add(&mut series, name, joint, Series::of(&values));
         }
     }
     table(&run.poses, run.zero_s, series)

@@ -310,8 +310,8 @@ fn commands(folder: &Path, input: &PageInput<'_>) -> Markup {
     commands.push((format!("armbridge plot {log}"), "figures as SVG and PNG"));
     if let Some(beside) = input.beside {
         commands.push((
-            format!("armbridge plot --compare {log} {}", shell_word(beside.log)),
-            "both runs over each other",
+            format!("armbridge diff {log} {}", shell_word(beside.log)),
+            "where both runs differ",
         ));
     }
     let table = shell_word(&folder.join("run.csv"));
@@ -372,15 +372,14 @@ fn files(folder: &Path) -> Markup {
 
 /// A name as part of an address.
 fn percent_encoded(name: &str) -> String {
-    let mut text = String::new();
-    for byte in name.bytes() {
+    let letter = |byte: u8| {
         if byte.is_ascii_alphanumeric() || b"-._~".contains(&byte) {
-            text.push(char::from(byte));
+            char::from(byte).to_string()
         } else {
-            text.push_str(&format!("%{byte:02X}"));
+            format!("%{byte:02X}")
         }
-    }
-    text
+    };
+    name.bytes().map(letter).collect()
 }
 
 fn size(bytes: u64) -> String {

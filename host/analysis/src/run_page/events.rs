@@ -253,7 +253,10 @@ impl EventList {
             _ => None,
         });
         let (Some(before), Some(after)) = (self.settings, after) else {
-            return command_text(command);
+            return match command {
+                Command::Arm { .. } => "arm".into(),
+                other => command_text(other),
+            };
         };
         let changed = params::changed(&before, &after);
         let named = changed

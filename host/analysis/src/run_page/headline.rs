@@ -19,9 +19,10 @@ pub(super) fn headline(run: &Collected) -> String {
             fault.time_s - run.zero_s
         );
     }
-    sentence(run)
-        .map(|sentence| format!("The arm {sentence}."))
-        .unwrap_or_else(|| "The arm is not driven to a setpoint in this run.".to_owned())
+    sentence(run).map_or_else(
+        || "The arm is not driven to a setpoint in this run.".to_owned(),
+        |sentence| format!("The arm {sentence}."),
+    )
 }
 
 /// The second run, as far as it differs from the first.

@@ -32,10 +32,10 @@ mod rows;
 
 use std::path::{Path, PathBuf};
 
+use armbridge_log::output_file::{self, Existing};
 use armbridge_log::recording::ReadError;
 use armbridge_shared::JOINTS;
 
-use crate::plot::{self, PlotError};
 use collect::Collected;
 use data::PageData;
 
@@ -99,11 +99,17 @@ pub enum RunPageError {
     #[error(transparent)]
     Read(#[from] ReadError),
     /// The page cannot be written.
-    #[error(transparent)]
-    Write(#[from] PlotError),
+    #[error("cannot write {path}: {source}", path = path.display())]
+    Write {
+        /// File being written.
+        path: PathBuf,
+        /// Error of the operating system.
+        source: std::io::Error,
+    },
 }
 
-/// Writes the page into a folder; returns its path.
+/// Writes the page into a folder; returns its path, which has a number if there is another
+/// page already.
 ///
 /// Damage of a log is shown in the page.
 ///
@@ -126,8 +132,8 @@ pub fn write(folder: &Path, input: &PageInput<'_>) -> Result<PathBuf, RunPageErr
     let data = PageData::new(input, &run, beside.as_ref()).json();
     let page = document::document(folder, input, &run, beside.as_ref(), &data);
     let path = folder.join(FILE);
-    plot::write(&path, page.as_bytes())?;
-    Ok(path)
+    output_file::write(&path, page.as_bytes(), Existing::Number)
+        .map_err(|source| RunPageError::Write { path, source })
 }
 
 impl Push {

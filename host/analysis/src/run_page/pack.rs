@@ -55,7 +55,7 @@ impl Times {
 
 impl Series {
     /// `None` if there is no value at all.
-    pub(super) fn of(values: impl Iterator<Item = [f32; 2]> + Clone) -> Option<Self> {
+    pub(super) fn of(values: &(impl Iterator<Item = [f32; 2]> + Clone)) -> Option<Self> {
         let (mut min, mut max, mut is_single) = (f32::INFINITY, f32::NEG_INFINITY, true);
         for [low, high] in values.clone() {
             if low.is_finite() && high.is_finite() {
@@ -138,14 +138,14 @@ mod tests {
     #[test]
     fn values_keep_their_ends_and_gaps() {
         let values = [[-1.0, -1.0], [f32::NAN, f32::NAN], [0.25, 3.0]];
-        let series = Series::of(values.into_iter()).unwrap();
+        let series = Series::of(&values.into_iter()).unwrap();
         assert_eq!(series.min, -1.0);
         assert!((series.step * 65_534.0 - 4.0).abs() < 1e-9);
         // -1, none and 0.25 are 0, 65535 and 20479.
         assert_eq!(series.low, base64(&[0, 0, 255, 255, 255, 79]));
         assert!(series.high.is_some());
-        assert!(Series::of([[f32::NAN; 2]].into_iter()).is_none());
-        let level = Series::of([[2.0; 2]; 3].into_iter()).unwrap();
+        assert!(Series::of(&[[f32::NAN; 2]].into_iter()).is_none());
+        let level = Series::of(&[[2.0; 2]; 3].into_iter()).unwrap();
         assert!(level.high.is_none() && level.low == "AAAAAAAA");
     }
 
