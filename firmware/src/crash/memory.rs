@@ -35,16 +35,19 @@ static MEMORY: Memory = Memory {
 #[cfg(feature = "board")]
 pub fn log(report: &BoardReport) {
     let end = &report.last_end;
-    let place = end.place.split(|byte| *byte == 0).next();
     defmt::info!(
-        "session {=u32}; the one before ended by {}, pc {=u32:#x}, {=[u8]:a}:{=u32}, tick {=u32}",
+        "session {=u32}; the one before ended by {}, tick {=u32}",
         report.session,
         end.cause,
-        end.pc,
-        place.unwrap_or_default(),
-        end.line,
         end.tick
     );
+    let place = end.place.split(|byte| *byte == 0).next();
+    let place = core::str::from_utf8(place.unwrap_or_default()).unwrap_or_default();
+    if !place.is_empty() {
+        defmt::info!("it ended at {=str}:{=u32}", place, end.line);
+    } else if end.pc != 0 {
+        defmt::info!("it ended at pc {=u32:#x}", end.pc);
+    }
 }
 
 /// The record, if memory was retained.

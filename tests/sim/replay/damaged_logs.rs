@@ -49,13 +49,13 @@ fn one_count_names_its_tick() {
 fn an_output_names_its_tick_and_nothing_else() {
     for (field, spoil) in [
         (
-            "pwm_next_1",
+            "pwm_next_counts_1",
             (|record| record.pwm_next[0] ^= 1) as fn(&mut Record),
         ),
         ("torque_nm_2", |record| {
             record.torque_nm[1] = f32::from_bits(record.torque_nm[1].to_bits() ^ 1);
         }),
-        ("missed", |record| record.timing.missed += 1),
+        ("missed_ticks", |record| record.timing.missed += 1),
     ] {
         let mut events = demo();
         let tick = records(&events).nth(700).unwrap().tick;

@@ -90,8 +90,8 @@ pub(super) fn difference(recorded: &Record, computed: &Record) -> Option<Differe
 /// Causes before their effects.
 fn first(recorded: &Record, computed: &Record) -> Option<(String, String, String)> {
     let (was, is) = (recorded, computed);
-    first_differing_integer("missed", [was.timing.missed], [is.timing.missed])
-        .or_else(|| first_differing_integer("pwm_in_force", was.pwm_in_force, is.pwm_in_force))
+    first_differing_integer("missed_ticks", [was.timing.missed], [is.timing.missed])
+        .or_else(|| first_differing_integer("pwm_counts", was.pwm_in_force, is.pwm_in_force))
         .or_else(|| first_differing_number("angle_rad", was.angle_rad, is.angle_rad))
         .or_else(|| first_differing_number("speed_rad_s", was.speed_rad_s, is.speed_rad_s))
         .or_else(|| first_differing_number("disturbance_nm", was.disturbance_nm, is.disturbance_nm))
@@ -102,11 +102,11 @@ fn first(recorded: &Record, computed: &Record) -> Option<(String, String, String
         })
         .or_else(|| {
             let [was, is] = [was.mode, is.mode].map(mode);
-            (was != is).then(|| ("mode".into(), was, is))
+            (was != is).then(|| ("board_mode".into(), was, is))
         })
         .or_else(|| first_differing_integer("guards", [was.guards.bits()], [is.guards.bits()]))
         .or_else(|| first_differing_number("torque_nm", was.torque_nm, is.torque_nm))
-        .or_else(|| first_differing_integer("pwm_next", was.pwm_next, is.pwm_next))
+        .or_else(|| first_differing_integer("pwm_next_counts", was.pwm_next, is.pwm_next))
 }
 
 /// The first integer that differs.

@@ -136,11 +136,14 @@ impl Trace {
         } else {
             "unexpected"
         };
+        let detected = outcome.detected_ms.map_or_else(
+            || "not detected".to_owned(),
+            |ms| format!("detected after {ms:.3} ms"),
+        );
         self.line(&format!(
-            "fault {}, {verdict}; detected after {:?} ms, motors off after {:.3} ms, contact at \
+            "fault {}, {verdict}; {detected}, motors off after {:.3} ms, contact at \
              {:.2} rad/s, far from the reference for {:.1} ms",
             outcome.fault.as_deref().unwrap_or("none"),
-            outcome.detected_ms,
             outcome.stop_ms,
             outcome.contact_rad_s,
             outcome.far_ms

@@ -25,7 +25,7 @@ pub(super) fn page(page: &Page<'_>, figures: &[Figure]) -> String {
     ];
     let contents = html! {
         (introduction(page))
-        (warnings(checks))
+        (warnings(page))
         (parameters(&page.report.estimates))
         (unidentifiable(checks))
         (forecasts(page))
@@ -75,13 +75,20 @@ fn logs(logs: &[String]) -> Markup {
     }
 }
 
-fn warnings(checks: &Checks) -> Markup {
+fn warnings(page: &Page<'_>) -> Markup {
+    let (checks, report) = (page.checks, page.report);
+    let rest = match report.outliers {
+        0 => "all windows are explained".to_owned(),
+        outliers => format!(
+            "{outliers} of {} windows are rejected, too few for a warning",
+            report.windows
+        ),
+    };
     html! {
         h2 { "Warnings" }
         @if checks.warnings.is_empty() {
             p {
-                "None: the residual is white noise, the model lacks no torque, and all windows \
-                 are explained."
+                "None: the residual is white noise, the model lacks no torque, and " (rest) "."
             }
         }
         (list(&checks.warnings))

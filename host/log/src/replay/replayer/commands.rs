@@ -258,7 +258,11 @@ impl Replayer {
                     ..
                 } = trip;
                 let fault = enum_names::fault(trip.fault);
-                format!("{fault} of joint {joint:?}, {value:?} beyond {limit:?}")
+                let joint = joint.map_or_else(String::new, |joint| {
+                    format!(" of joint {}", u16::from(joint) + 1)
+                });
+                // Enough digits to distinguish two neighbouring numbers.
+                format!("{fault}{joint}, {value:?} beyond {limit:?}")
             };
             self.tally.differ(|| {
                 Some(Difference {
