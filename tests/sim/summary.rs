@@ -2,7 +2,8 @@
 
 use armbridge_client::LinkStats;
 use armbridge_log::run_info::RunFacts;
-use armbridge_log::summary::{Spread, Summary, segments};
+use armbridge_log::simulation::Push;
+use armbridge_log::summary::{SegmentSummary, Spread, Summary, Tally, segments};
 use armbridge_shared::link::message::{Drive, Fault, Missing, Mode, Record, Sample, Timing};
 use armbridge_tests::synthetic;
 
@@ -66,6 +67,112 @@ fn settling_and_steady_state_are_those_of_the_decay() {
             "{counts}"
         );
     }
+}
+
+/// 4 s at one setpoint: joint 1 comes to rest at `rest_rad`, after exp(-t/0.2 s) from 100 mrad
+/// more, and is pushed to `pushed_rad` more at 2 s, for 0.1 s.
+fn pushed(rest_rad: f64, pushed_rad: f64) -> (Vec<Record>, Push) {
+    let mut records = decay();
+    for (k, record) in records.iter_mut().enumerate() {
+        let t = k as f64 * 1e-3;
+        let bump = if k < 2000 { 0.0 } else { pushed_rad };
+        let since_s = if k < 2000 { t } else { (t - 2.1).max(0.0) };
+        let start_rad = if k < 2000 { 0.1 } else { bump };
+        record.reference_rad = [0.0; 2];
+        record.angle_rad = [
+            (rest_rad + start_rad * (-since_s / 0.2).exp()) as f32,
+            -0.001,
+        ];
+    }
+    let push = Push {
+        joint: 0,
+        torque_nm: 0.3,
+        start_ns: 7_000_000_000,
+        duration_ns: 100_000_000,
+    };
+    (records, push)
+}
+
+fn pushed_summary(rest_rad: f64, pushed_rad: f64) -> Summary {
+    let (records, push) = pushed(rest_rad, pushed_rad);
+    let mut tally = Tally::default();
+    for record in &records {
+        if record.start_us == push.start_ns / 1_000 {
+            tally.push(&push);
+        }
+        tally.add(record);
+    }
+    tally.summary(&synthetic::facts(None), LINK, 4.0, 0.1)
+}
+
+#[test]
+fn settling_ends_with_a_push_and_recovery_begins() {
+    let summary = pushed_summary(0.0, 0.08);
+    // 100 exp(-t/0.2) < 20 from t = 0.2 ln 5 = 0.3219 s on.
+    let settles_s = summary.segments[0].joints[0].settling_time_s.unwrap();
+    assert!((settles_s - 0.322).abs() < 1e-6, "{settles_s}");
+    let [push] = summary.pushes[..] else {
+        panic!("{:?}", summary.pushes);
+    };
+    // 80 exp(-t/0.2) < 20 from t = 0.2 ln 4 = 0.2773 s after the push on.
+    assert!((push.recovered_s.unwrap() - 0.278).abs() < 1e-6, "{push:?}");
+    assert!((push.peak_error_mrad - 80.0).abs() < 1e-3, "{push:?}");
+    assert!((push.start_s - 2.0).abs() < 1e-9 && (push.duration_s - 0.1).abs() < 1e-9);
+    assert_eq!((push.joint, push.torque_nm), (1, 0.3));
+    // A push that is not known of is a motion like any other.
+    let (records, push) = pushed(0.0, 0.08);
+    let segment = &segments(&records)[0];
+    let facts = synthetic::facts(None);
+    let settles_s = |pushes: &[Push]| {
+        SegmentSummary::evaluate_pushed(&records, segment, pushes, &facts).joints[0].settling_time_s
+    };
+    assert_eq!(settles_s(&[push]), Some(0.322));
+    assert!((settles_s(&[]).unwrap() - 2.378).abs() < 1e-6);
+}
+
+#[test]
+fn an_arm_that_stays_away_neither_settles_nor_recovers() {
+    let summary = pushed_summary(0.03, 0.08);
+    assert_eq!(summary.segments[0].joints[0].settling_time_s, None);
+    assert_eq!(summary.pushes[0].recovered_s, None);
+    assert!(summary.segments[0].joints[0].is_at_rest);
+}
+
+#[test]
+fn a_joint_settles_if_it_stays_for_half_a_second() {
+    let mut records = decay();
+    records.truncate(2000);
+    // Joint 2 comes into the band in the last 13 ms.
+    for record in &mut records[1987..] {
+        record.angle_rad[1] = -0.019;
+    }
+    let summary = summary(&records, &synthetic::facts(None));
+    assert_eq!(summary.segments[0].joints[1].settling_time_s, None);
+    assert!(summary.segments[0].joints[0].settling_time_s.is_some());
+}
+
+#[test]
+fn a_fall_is_no_rest() {
+    let mut records = decay();
+    records.truncate(3000);
+    for (k, record) in records[2800..].iter_mut().enumerate() {
+        record.angle_rad[1] = -0.03 - 0.001 * k as f32;
+    }
+    let rests = |records: &[Record]| {
+        let remarks = summary(records, &synthetic::facts(Some(0.01))).remarks;
+        remarks
+            .iter()
+            .filter(|remark| remark.contains("joint 2 rests"))
+            .cloned()
+            .collect::<Vec<_>>()
+    };
+    let before = rests(&records[..2000]);
+    assert!(before[0].contains("up to 30.0 mrad"), "{before:?}");
+    // The fall is no rest, nor is what a fault ends.
+    assert_eq!(rests(&records), before);
+    let mut records = decay();
+    records[1999].mode = Mode::Fault(Fault::SpeedLimit);
+    assert_eq!(rests(&records[..2000]), [""; 0]);
 }
 
 #[test]
@@ -178,6 +285,7 @@ fn table_fits_and_json_keeps_its_keys() {
         "simulated_s_per_wall_s",
         "segments",
         "segments_left_out",
+        "pushes",
         "tracking_rms_mrad",
         "peak_torque_nm",
         "peak_pwm_deviation",

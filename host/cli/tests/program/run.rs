@@ -56,6 +56,27 @@ fn a_scenario_leaves_a_log_plots_and_a_summary() {
 }
 
 #[test]
+fn a_push_has_a_recovery_of_its_own() {
+    let program = Program::new("pushed");
+    let output = program.run(&["push", "--json"]);
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let pushes = summary["pushes"].as_array().unwrap();
+    assert!(!pushes.is_empty(), "{summary}");
+    for push in pushes {
+        assert!(push["recovered_s"].as_f64().unwrap() < 3.0, "{push}");
+        assert!(push["peak_error_mrad"].as_f64().unwrap() > 20.0, "{push}");
+    }
+    let start_s = pushes[0]["start_s"].as_f64().unwrap();
+    for joint in summary["segments"][0]["joints"].as_array().unwrap() {
+        let settled_s = joint["settling_time_s"].as_f64();
+        assert!(
+            settled_s.is_none_or(|settled_s| settled_s < start_s),
+            "{joint}"
+        );
+    }
+}
+
+#[test]
 fn what_was_expected_and_missed_is_exit_code_1() {
     let program = Program::new("missed");
     program.write(

@@ -6,12 +6,14 @@
 //! Times are in s after the first record. The summary has no verdict; faults, missing
 //! samples and lost records are all listed.
 
+mod pushes;
 mod remarks;
 mod segments;
 mod spread;
 mod table;
 mod tally;
 
+pub use pushes::PushSummary;
 pub use segments::{JointSummary, SETTLED_RAD, STEADY_S, Segment, SegmentSummary, segments};
 pub use spread::Spread;
 pub use table::WIDTH;
@@ -43,6 +45,8 @@ pub struct Summary {
     pub segments: Vec<SegmentSummary>,
     /// Setpoints that are not among them.
     pub segments_left_out: u64,
+    /// Pushes on a simulated arm, the first of them in a long run.
+    pub pushes: Vec<PushSummary>,
     /// Root mean square of estimate - reference while the reference moved, in mrad; none if
     /// it never did.
     pub tracking_rms_mrad: Option<[f64; JOINTS]>,

@@ -72,12 +72,12 @@ fn cause_text(cause: &Cause) -> String {
     format!("; tick {tick}{joint}{values}")
 }
 
-/// Steady-state error of a joint, and its explanation.
+/// Steady-state error of a joint where it is at rest, and its explanation.
 fn steady_state_remark(summary: &Summary, joint: usize) -> Option<String> {
-    let errors = summary
-        .segments
-        .iter()
-        .map(|s| s.joints[joint].steady_state_error_mrad.abs());
+    let joints = summary.segments.iter().map(|s| &s.joints[joint]);
+    let errors = joints
+        .filter(|joint| joint.is_at_rest)
+        .map(|joint| joint.steady_state_error_mrad.abs());
     let worst_mrad = errors.reduce(f64::max)?;
     let count_mrad = summary.run.count_mrad(joint);
     let joint_text = format!("joint {} rests", joint + 1);

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
+use armbridge_client::simulation::Push;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Drive, Record};
 use serde::Serialize;
@@ -12,8 +13,16 @@ use crate::run_info::RunFacts;
 /// A joint has settled when its error stays below this, in rad.
 pub const SETTLED_RAD: f64 = 0.020;
 
-/// Time at a segment's end over which its steady-state error is averaged, in s.
+/// Time at a segment's end over which its steady-state error is averaged, and for which a
+/// joint must have been settled, in s.
 pub const STEADY_S: f64 = 0.5;
+
+/// The same in µs.
+pub(super) const STEADY_US: u64 = 500_000;
+
+/// A joint that moves less than this in that time is at rest, in rad: four encoder counts, so
+/// that friction and noise do not count as motion.
+const REST_RANGE_RAD: f64 = SETTLED_RAD;
 
 /// Consecutive ticks that regulate about one reference.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,7 +55,7 @@ pub fn segments(records: &[Record]) -> Vec<Segment> {
 
 /// Whether the record has this reference, to the bit: it is a repeated command, not
 /// computed.
-fn is_at(reference_rad: [f32; JOINTS], record: &Record) -> bool {
+pub(super) fn is_at(reference_rad: [f32; JOINTS], record: &Record) -> bool {
     reference_rad.map(f32::to_bits) == record.reference_rad.map(f32::to_bits)
 }
 
@@ -67,8 +76,11 @@ pub struct JointSummary {
     /// Setpoint in rad.
     pub reference_rad: f32,
     /// Time from the setpoint's beginning until |estimate - reference| is below
-    /// [`SETTLED_RAD`] for the rest of the segment; none if it never is.
+    /// [`SETTLED_RAD`] for the rest of the segment, or until it is pushed; none if that is
+    /// not the case for [`STEADY_S`].
     pub settling_time_s: Option<f64>,
+    /// The joint rests at the end of the segment, at any error, and no fault ended it.
+    pub is_at_rest: bool,
     /// Mean of estimate - reference over the last [`STEADY_S`], in mrad.
     pub steady_state_error_mrad: f64,
     /// The same in encoder counts.
@@ -78,9 +90,29 @@ pub struct JointSummary {
 impl SegmentSummary {
     /// Evaluates one segment of a run.
     pub fn evaluate(records: &[Record], segment: &Segment, facts: &RunFacts) -> Self {
+        Self::evaluate_pushed(records, segment, &[], facts)
+    }
+
+    /// Evaluates one segment of a run with these pushes, in the order of their start.
+    pub fn evaluate_pushed(
+        records: &[Record],
+        segment: &Segment,
+        pushes: &[Push],
+        facts: &RunFacts,
+    ) -> Self {
         let ticks = &records[segment.ticks.clone()];
+        let start_ns = ticks[0].start_us * 1_000;
+        let mut pushes = pushes
+            .iter()
+            .filter(|push| push.start_ns >= start_ns)
+            .peekable();
         let mut tally = SegmentTally::begin(&ticks[0]);
-        ticks[1..].iter().for_each(|record| tally.add(record));
+        for record in &ticks[1..] {
+            while let Some(push) = pushes.next_if(|push| push.start_ns <= record.start_us * 1_000) {
+                tally.push(push);
+            }
+            tally.add(record);
+        }
         tally.finished().summary(records[0].start_us, facts)
     }
 }
@@ -91,8 +123,12 @@ pub(super) struct SegmentTally {
     start_us: u64,
     last_us: u64,
     reference_rad: [f32; JOINTS],
-    /// Start of the present settled time of each joint, if it is settled.
+    /// Start of the present time of each joint within the band, if it is there.
     inside_us: [Option<u64>; JOINTS],
+    /// Start of the settled time of each joint before the first push.
+    settled_before_push_us: Option<[Option<u64>; JOINTS]>,
+    /// End of the last push.
+    pushed_until_us: u64,
     /// Errors of the last [`STEADY_S`], and their times.
     tail: VecDeque<(u64, [f64; JOINTS])>,
 }
@@ -104,6 +140,8 @@ impl SegmentTally {
             last_us: record.start_us,
             reference_rad: record.reference_rad,
             inside_us: [None; JOINTS],
+            settled_before_push_us: None,
+            pushed_until_us: 0,
             tail: VecDeque::new(),
         };
         tally.add(record);
@@ -130,12 +168,32 @@ impl SegmentTally {
             }
         }
         self.tail.push_back((now_us, error_rad));
-        let steady_us = (STEADY_S * 1e6) as u64;
         while let Some((at_us, _)) = self.tail.front()
-            && now_us.saturating_sub(*at_us) >= steady_us
+            && now_us.saturating_sub(*at_us) >= STEADY_US
         {
             self.tail.pop_front();
         }
+    }
+
+    /// The arm is pushed: what settles from here on settles from the push.
+    pub(super) fn push(&mut self, push: &Push) {
+        self.settled_before_push_us.get_or_insert(self.settled_us());
+        self.pushed_until_us = (push.start_ns + push.duration_ns).div_ceil(1_000);
+    }
+
+    /// Start of the settled time of each joint that has been settled long enough.
+    fn settled_us(&self) -> [Option<u64>; JOINTS] {
+        let is_long = |inside_us: &u64| self.last_us - inside_us >= STEADY_US;
+        self.inside_us.map(|inside_us| inside_us.filter(is_long))
+    }
+
+    fn is_at_rest(&self, joint: usize) -> bool {
+        let errors = self.tail.iter().map(|(_, error_rad)| error_rad[joint]);
+        let range = errors.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], error| {
+            [low.min(error), high.max(error)]
+        });
+        let begun_us = self.start_us.max(self.pushed_until_us);
+        self.last_us.saturating_sub(begun_us) >= STEADY_US && range[1] - range[0] <= REST_RANGE_RAD
     }
 
     /// Result at the end of the segment.
@@ -145,7 +203,10 @@ impl SegmentTally {
             start_us: self.start_us,
             last_us: self.last_us,
             reference_rad: self.reference_rad,
-            inside_us: self.inside_us,
+            settled_us: self
+                .settled_before_push_us
+                .unwrap_or_else(|| self.settled_us()),
+            is_at_rest: std::array::from_fn(|j| self.is_at_rest(j)),
             steady_error_rad: std::array::from_fn(|j| sum(j) / self.tail.len().max(1) as f64),
         }
     }
@@ -157,17 +218,29 @@ pub(super) struct FinishedSegment {
     start_us: u64,
     last_us: u64,
     reference_rad: [f32; JOINTS],
-    inside_us: [Option<u64>; JOINTS],
+    settled_us: [Option<u64>; JOINTS],
+    is_at_rest: [bool; JOINTS],
     steady_error_rad: [f64; JOINTS],
 }
 
 impl FinishedSegment {
+    /// The same segment, ended by a fault.
+    pub(super) fn ended_by_fault(self) -> Self {
+        Self {
+            is_at_rest: [false; JOINTS],
+            ..self
+        }
+    }
+
     /// Settling time of the slower joint, in s; infinite if one never settled.
     pub(super) fn settling_s(&self) -> f64 {
-        let settling = |inside_us: Option<u64>| {
-            inside_us.map_or(f64::INFINITY, |at_us| (at_us - self.start_us) as f64 * 1e-6)
+        let settling = |settled_us: Option<u64>| {
+            settled_us.map_or(f64::INFINITY, |at_us| (at_us - self.start_us) as f64 * 1e-6)
         };
-        self.inside_us.map(settling).into_iter().fold(0.0, f64::max)
+        self.settled_us
+            .map(settling)
+            .into_iter()
+            .fold(0.0, f64::max)
     }
 
     /// Larger steady-state error of the joints, in rad.
@@ -186,7 +259,8 @@ impl FinishedSegment {
             let error_mrad = self.steady_error_rad[j] * 1e3;
             JointSummary {
                 reference_rad: self.reference_rad[j],
-                settling_time_s: self.inside_us[j].map(|at_us| seconds(at_us) - start_s),
+                settling_time_s: self.settled_us[j].map(|at_us| seconds(at_us) - start_s),
+                is_at_rest: self.is_at_rest[j],
                 steady_state_error_mrad: error_mrad,
                 steady_state_error_counts: error_mrad / facts.count_mrad(j),
             }

@@ -4,9 +4,11 @@ use std::collections::BTreeMap;
 
 use armbridge_client::LinkStats;
 use armbridge_client::enum_names;
+use armbridge_client::simulation::Push;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Drive, Fault, Record, Sample};
 
+use super::pushes::PushTally;
 use super::segments::{FinishedSegment, SegmentTally};
 use super::spread::Counts;
 use super::{Cause, FaultSummary, Summary, remarks};
@@ -14,6 +16,9 @@ use crate::run_info::{PWM_OFF, RunFacts};
 
 /// Setpoints that are listed; further ones are counted.
 const SEGMENTS_MAX: usize = 200;
+
+/// Pushes that are listed.
+const PUSHES_MAX: usize = 200;
 
 /// Tally of a run so far.
 #[derive(Clone, Debug, Default)]
@@ -24,6 +29,7 @@ pub struct Tally {
     segment: Option<SegmentTally>,
     segments: Vec<FinishedSegment>,
     segments_left_out: u64,
+    pushes: Vec<PushTally>,
     slowest_settling_s: Option<f64>,
     worst_steady_error_rad: Option<f64>,
     peak_torque_nm: [f64; JOINTS],
@@ -62,6 +68,9 @@ impl Tally {
             self.add_samples(record);
         }
         self.add_segment(record);
+        if let Some(push) = self.pushes.last_mut() {
+            push.add(record);
+        }
         self.add_fault(record);
         if record.mode.drive() == Some(Drive::Track) {
             self.tracked += 1;
@@ -69,6 +78,16 @@ impl Tally {
                 let error_rad = record.angle_rad[joint] - record.reference_rad[joint];
                 self.tracking_square_rad2[joint] += f64::from(error_rad).powi(2);
             }
+        }
+    }
+
+    /// A push on a simulated arm begins.
+    pub fn push(&mut self, push: &Push) {
+        if let Some(segment) = &mut self.segment {
+            segment.push(push);
+        }
+        if self.pushes.len() < PUSHES_MAX {
+            self.pushes.push(PushTally::begin(*push));
         }
     }
 
@@ -97,7 +116,13 @@ impl Tally {
         if let Some(segment) = self.segment.take() {
             (self.slowest_settling_s, self.worst_steady_error_rad) = self.worst_with(&segment);
             if self.segments.len() < SEGMENTS_MAX {
-                self.segments.push(segment.finished());
+                let finished = segment.finished();
+                let is_fault = enum_names::fault_of(record.mode).is_some();
+                self.segments.push(if is_fault {
+                    finished.ended_by_fault()
+                } else {
+                    finished
+                });
             } else {
                 self.segments_left_out += 1;
             }
@@ -186,6 +211,9 @@ impl Tally {
                 .map(|segment| segment.summary(self.origin_us, facts))
                 .collect(),
             segments_left_out: self.segments_left_out,
+            pushes: (self.pushes.iter())
+                .map(|push| push.summary(self.origin_us))
+                .collect(),
             tracking_rms_mrad: self.tracking_rms_mrad(),
             peak_torque_nm: self.peak_torque_nm,
             peak_pwm_deviation: self.peak_pwm_deviation,
