@@ -4,7 +4,7 @@ usage: columns.py FOLDER
 
 FOLDER holds run.csv, run.parquet and run.mat, and in `expected` one file for each
 column: the bytes of its numbers (`.f4`, `.f8`, `.u2`, `.u4`; `.i4` with -1 where a
-sample is missing), or its words (`.json`).
+sample is missing), or its words (`.json`). A true state that is not known is NaN.
 """
 
 import csv
@@ -16,27 +16,6 @@ import numpy
 import polars
 import pyarrow.parquet
 import scipy.io
-
-# Fields of the .mat: name and column, by the column's name elsewhere.
-JOINTS = {
-    "q{}_ref_rad": "reference_rad",
-    "dq{}_ref_rad_s": "reference_speed_rad_s",
-    "q{}_rad": "angle_rad",
-    "dq{}_rad_s": "speed_rad_s",
-    "count{}": "count",
-    "missing{}": "missing",
-    "alarms{}": "alarms",
-    "torque{}_nm": "torque_nm",
-    "disturbance{}_nm": "disturbance_nm",
-    "pwm{}_in_force": "pwm_in_force",
-    "pwm{}_next": "pwm_next",
-}
-FIELDS = {
-    column.format(joint + 1): (field, joint)
-    for column, field in JOINTS.items()
-    for joint in range(2)
-}
-
 
 def read_expected(folder):
     """Columns by name: arrays of numbers, or lists of words."""
@@ -69,6 +48,8 @@ def from_parquet(table, name, expected):
         missing = numpy.asarray(column.is_null())
         assert (missing == (expected < 0)).all(), f"{name}: other samples are missing"
         return column.fill_null(0).to_numpy().astype("i4") - missing
+    if name.startswith("true_"):
+        return column.fill_null(numpy.nan).to_numpy()
     assert column.null_count == 0, f"{name} has nulls"
     return column.to_numpy()
 
@@ -80,7 +61,7 @@ def check_parquet(path, expected):
         check("pyarrow", name, from_parquet(table, name, column), column)
     metadata = {key.decode(): value.decode() for key, value in table.schema.metadata.items()}
     units = json.loads(metadata["units"])
-    assert units["q1_rad"] == "rad" and units["torque2_nm"] == "N m", units
+    assert units["angle_rad_1"] == "rad" and units["torque_nm_2"] == "N m", units
     assert json.loads(metadata["about"]).keys() == expected.keys()
     assert json.loads(metadata["settings"])["setup.period_us"] == 1000
     assert "simulated" in metadata["run"] and metadata["damage"], metadata
@@ -93,20 +74,17 @@ def check_parquet(path, expected):
 def check_mat(path, expected):
     file = scipy.io.loadmat(path, struct_as_record=False, squeeze_me=False)
     log, words, units = (file[name][0, 0] for name in ("log", "words", "units"))
-    seen = set()
     for name, column in expected.items():
-        field, joint = FIELDS.get(name, (name, 0))
-        seen.add(field)
-        got = numpy.ascontiguousarray(getattr(log, field)[:, joint])
+        got = numpy.ascontiguousarray(getattr(log, name)[:, 0])
         if isinstance(column, list):
-            texts = ["".join(cell[0]) if cell[0].size else "" for cell in getattr(words, field)]
+            texts = ["".join(cell[0]) if cell[0].size else "" for cell in getattr(words, name)]
             got = [texts[code - 1] for code in got]
         elif column.dtype == numpy.int32:
             assert got.dtype == numpy.float32 and (numpy.isnan(got) == (column < 0)).all()
             got = numpy.nan_to_num(got, nan=-1.0).astype("i4")
         check("scipy", name, got, column)
-    assert set(log._fieldnames) == seen == set(units._fieldnames)
-    assert units.angle_rad[0] == "rad" and units.torque_nm[0] == "N m"
+    assert set(log._fieldnames) == set(expected) == set(units._fieldnames)
+    assert units.angle_rad_1[0] == "rad" and units.torque_nm_2[0] == "N m"
     settings = file["settings"][0, 0]
     assert settings.setup[0, 0].period_us[0, 0] == 1000
     assert settings.limits[0, 0].angle_rad.shape == (1, 2)
@@ -124,7 +102,7 @@ def check_csv(path, expected):
         elif column.dtype == numpy.int32:
             check("csv", name, numpy.array([int(t or -1) for t in texts], "i4"), column)
         elif column.dtype.kind == "f":
-            got = numpy.array([column.dtype.type(text) for text in texts])
+            got = numpy.array([column.dtype.type(text or "nan") for text in texts])
             # Text has but one NaN.
             got[numpy.isnan(got)] = column[numpy.isnan(got)]
             check("csv", name, got, column)

@@ -38,8 +38,8 @@ def everything(path):
             latest[channel.topic] = message.log_time
             if channel.topic == "/telemetry":
                 ticks.append(decoded.tick)
-                for joint in (decoded.joint1, decoded.joint2):
-                    assert joint.HasField("angle_rad") and joint.HasField("torque_nm")
+                for field in ("angle_rad_1", "angle_rad_2", "torque_nm_1", "torque_nm_2"):
+                    assert decoded.HasField(field), field
             elif channel.topic in ("/events", "/commands"):
                 kinds.add(decoded.kind)
                 if decoded.HasField("exact"):

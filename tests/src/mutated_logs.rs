@@ -197,8 +197,8 @@ const READERS: [(&str, Read); 6] = [
         };
         for format in [Format::Csv, Format::Parquet, Format::Mat] {
             let out = folder.join(format.extension());
-            let records = || Ok(log::records(path)?);
-            export::write(format, &out, &head.about(), records).unwrap();
+            let rows = || Ok(log::rows(path)?);
+            export::write(format, &out, &head.about(), rows).unwrap();
         }
     }),
     ("replay", |path, _| {

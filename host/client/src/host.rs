@@ -6,6 +6,7 @@
 
 use std::convert::Infallible;
 
+use crate::simulation::SimulationEvent;
 use armbridge_shared::link::server::LinkRole;
 
 /// The host's end of a control link.
@@ -43,6 +44,14 @@ pub trait Host {
 
     /// Notifies the host that the connection broke; later bytes belong to another one.
     fn disconnected(&mut self, _now_us: u64) {}
+
+    /// Whether the states of a simulated arm are passed to [`simulated`](Host::simulated).
+    fn takes_true_states(&self) -> bool {
+        false
+    }
+
+    /// Event of the simulation behind the link.
+    fn simulated(&mut self, _event: &SimulationEvent) {}
 }
 
 /// No host: sends nothing, ignores all bytes, and never ends.

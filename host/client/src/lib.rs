@@ -10,6 +10,7 @@
 //! | [`event`]        | messages of a link, decoded from both directions' bytes    |
 //! | [`event_queue`]  | the same, passed to another thread                         |
 //! | [`tap`]          | listeners to a link's bytes                                |
+//! | [`simulation`]   | truth of a simulated arm, for those listeners              |
 //! | [`params`]       | the board's settings as names with values                  |
 //! | [`servo_bus`]    | servos found, read, written and reset, from the host       |
 //! | [`servo_table`]  | servos' registers by name                                  |
@@ -35,6 +36,7 @@ pub mod refusal_text;
 pub mod servo_bus;
 pub mod servo_table;
 pub mod session;
+pub mod simulation;
 pub mod status;
 pub mod stdio;
 pub mod tap;

@@ -1,9 +1,11 @@
-//! Taps: listeners to the raw bytes of a link, such as recorders and dashboards.
+//! Taps: listeners to the raw bytes of a link, such as recorders and dashboards, and to the
+//! simulation behind it.
 
 use armbridge_shared::link::server::LinkRole;
 
 use crate::Host;
 use crate::event::Direction;
+use crate::simulation::SimulationEvent;
 
 /// Listener to the raw bytes of a link. It is called on the thread that serves the link,
 /// and must not block.
@@ -13,6 +15,14 @@ pub trait Tap: Send {
 
     /// The connection broke at this time.
     fn disconnected(&mut self, host_ns: u64);
+
+    /// Whether it takes the events of a simulation.
+    fn takes_simulation(&self) -> bool {
+        false
+    }
+
+    /// Event of the simulation behind the link.
+    fn simulated(&mut self, _event: &SimulationEvent) {}
 }
 
 /// A host in virtual time with listeners to its link.
@@ -68,6 +78,17 @@ impl<H: Host> Host for Tapped<H> {
             tap.disconnected(now_us.saturating_mul(1_000));
         }
         self.host.disconnected(now_us);
+    }
+
+    fn takes_true_states(&self) -> bool {
+        self.taps.iter().any(|tap| tap.takes_simulation()) || self.host.takes_true_states()
+    }
+
+    fn simulated(&mut self, event: &SimulationEvent) {
+        for tap in self.taps.iter_mut().filter(|tap| tap.takes_simulation()) {
+            tap.simulated(event);
+        }
+        self.host.simulated(event);
     }
 }
 

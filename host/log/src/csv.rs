@@ -1,27 +1,24 @@
 //! `run.csv`: one row per tick, for spreadsheets and scripts.
 //!
-//! Columns are those of [`export::column`](mod@crate::export::column), joint 1's before
-//! joint 2's; names carry units. `time_s` is the board's clock. A missing sample leaves
-//! `count` empty and has its reason in `missing`; `alarms` are a stock servo's, with `+`
+//! Columns are those of [`export::column`](mod@crate::export::column); names carry units.
+//! `time_s` is the board's clock. A missing sample leaves
+//! `encoder_counts` empty and has its reason in `missing`; `alarms` are a stock servo's, with `+`
 //! between them; `fault` is empty but in mode `fault`; `guards` lists the limiters that
 //! changed the commanded torque. Rows end in a line feed.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use armbridge_shared::link::message::Record;
 use serde::Serialize;
 
 use super::LogError;
-use crate::export::column::{QUANTITIES, Values};
+use crate::export::column::{Cells, Column, Values};
+use crate::recording::Row;
 
-/// A column of the table.
+/// A column with all words of a column of words.
 #[derive(Debug)]
-struct Column {
-    name: &'static str,
-    values: Values,
-    joint: usize,
-    /// All words of a column of words.
+struct WordColumn {
+    cells: Cells,
     words: Vec<String>,
 }
 
@@ -30,41 +27,36 @@ struct Column {
 #[serde(untagged)]
 enum Field<'a> {
     F64(f64),
-    F32(f32),
+    F32(Option<f32>),
     Integer(Option<u32>),
     Word(&'a str),
 }
 
-impl Column {
-    /// All columns in order: neighbours that exist once per joint form a block, which
-    /// is repeated for each joint.
-    fn all() -> Vec<Self> {
-        let blocks = QUANTITIES.chunk_by(|a, b| a.columns.len() == b.columns.len());
-        let columns = blocks.flat_map(|block| {
-            let joints = 0..block[0].columns.len();
-            joints.flat_map(move |joint| {
-                block.iter().map(move |quantity| Self {
-                    name: quantity.columns[joint],
-                    values: quantity.values,
-                    joint,
-                    words: match quantity.values {
-                        Values::Word(words, _) => words.all(),
-                        _ => Vec::new(),
-                    },
-                })
-            })
-        });
-        columns.collect()
+impl WordColumn {
+    fn new(column: &Column) -> Self {
+        Self {
+            cells: column.cells,
+            words: match column.cells {
+                Cells::Record(Values::Word(words, _), _) => words.all(),
+                Cells::Record(..) | Cells::Truth(..) => Vec::new(),
+            },
+        }
     }
 
-    fn field(&self, record: &Record) -> Field<'_> {
-        match self.values {
+    fn field(&self, Row { record, truth }: &Row) -> Field<'_> {
+        let (values, joint) = match self.cells {
+            Cells::Record(values, joint) => (values, joint),
+            Cells::Truth(get, joint) => {
+                return Field::F32(truth.as_ref().map(|truth| get(truth, joint)));
+            }
+        };
+        match values {
             Values::F64(get) => Field::F64(get(record)),
-            Values::F32(get) => Field::F32(get(record, self.joint)),
+            Values::F32(get) => Field::F32(Some(get(record, joint))),
             Values::U32(get) => Field::Integer(Some(get(record))),
-            Values::U16(get) => Field::Integer(Some(get(record, self.joint).into())),
-            Values::Sample(get) => Field::Integer(get(record, self.joint).map(u32::from)),
-            Values::Word(_, get) => Field::Word(&self.words[get(record, self.joint)]),
+            Values::U16(get) => Field::Integer(Some(get(record, joint).into())),
+            Values::Sample(get) => Field::Integer(get(record, joint).map(u32::from)),
+            Values::Word(_, get) => Field::Word(&self.words[get(record, joint)]),
         }
     }
 }
@@ -73,21 +65,22 @@ impl Column {
 #[derive(Debug)]
 pub struct CsvWriter {
     path: PathBuf,
-    columns: Vec<Column>,
+    columns: Vec<WordColumn>,
     writer: csv::Writer<File>,
 }
 
 impl CsvWriter {
-    /// Creates the file, and writes its header.
+    /// Creates the file, and writes its header: with the true states of a simulated arm, or
+    /// without them.
     ///
     /// # Errors
     /// When the file cannot be created.
-    pub fn create(path: &Path) -> Result<Self, LogError> {
+    pub fn create(path: &Path, has_true_states: bool) -> Result<Self, LogError> {
         let failed = |source| LogError::Csv {
             path: path.to_path_buf(),
             source,
         };
-        let columns = Column::all();
+        let columns = Column::all(has_true_states);
         let mut writer = csv::WriterBuilder::new()
             .has_headers(false)
             .buffer_capacity(1 << 16)
@@ -98,7 +91,7 @@ impl CsvWriter {
             .map_err(failed)?;
         Ok(Self {
             path: path.to_path_buf(),
-            columns,
+            columns: columns.iter().map(WordColumn::new).collect(),
             writer,
         })
     }
@@ -107,8 +100,8 @@ impl CsvWriter {
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn record(&mut self, record: &Record) -> Result<(), LogError> {
-        let fields = self.columns.iter().map(|column| column.field(record));
+    pub fn row(&mut self, row: &Row) -> Result<(), LogError> {
+        let fields = self.columns.iter().map(|column| column.field(row));
         let row: Vec<Field<'_>> = fields.collect();
         self.writer.serialize(row).map_err(|source| LogError::Csv {
             path: self.path.clone(),

@@ -14,7 +14,7 @@ use armbridge_shared::link::frame::FrameError;
 use armbridge_shared::link::message::{Command, ToBoard, ToHost};
 
 use super::payload_codec::{exact, value};
-use super::{event_text, proto};
+use super::{event_text, proto, telemetry};
 
 /// Message for a message of the host.
 pub(super) fn command(host_ns: u64, sequence: u16, content: &ToBoard) -> proto::Command {
@@ -42,9 +42,10 @@ pub(super) fn command(host_ns: u64, sequence: u16, content: &ToBoard) -> proto::
             angle_rad,
             speed_rad_s,
         }) => {
-            message.board_us = Some(*at_us);
+            message.time_s = Some(telemetry::seconds(*at_us));
             message.reference_rad = angle_rad.to_vec();
-            message.reference_rad_s = speed_rad_s.map(|speed| speed.to_vec()).unwrap_or_default();
+            message.reference_speed_rad_s =
+                speed_rad_s.map(|speed| speed.to_vec()).unwrap_or_default();
         }
         ToBoard::Hello(_)
         | ToBoard::Heartbeat
@@ -90,16 +91,16 @@ pub(super) fn board_event(host_ns: u64, sequence: u16, content: &ToHost) -> prot
         } => {
             message.of_sequence = Some(sequence.into());
             message.tick = moment.map(|moment| moment.tick);
-            message.board_us = moment.map(|moment| moment.at_us);
+            message.time_s = moment.map(|moment| telemetry::seconds(moment.at_us));
         }
         ToHost::Departs { sequence, moment } => {
             message.of_sequence = Some(sequence.into());
             message.tick = Some(moment.tick);
-            message.board_us = Some(moment.at_us);
+            message.time_s = Some(telemetry::seconds(moment.at_us));
         }
         ToHost::Began(moment) => {
             message.tick = Some(moment.tick);
-            message.board_us = Some(moment.at_us);
+            message.time_s = Some(telemetry::seconds(moment.at_us));
         }
         ToHost::Absent { joint, .. }
         | ToHost::Unprepared { joint }
@@ -107,7 +108,7 @@ pub(super) fn board_event(host_ns: u64, sequence: u16, content: &ToHost) -> prot
         ToHost::Tripped(trip) => {
             message.joint = trip.joint.map(|joint| u32::from(joint) + 1);
             message.tick = Some(trip.tick);
-            message.board_us = Some(trip.at_us);
+            message.time_s = Some(telemetry::seconds(trip.at_us));
             message.value = Some(trip.value);
             message.limit = Some(trip.limit);
         }

@@ -17,6 +17,7 @@
 //! | [`raw_link_bytes`] | the link's raw bytes, kept beside the messages           |
 //! | [`metadata`]       | run, build, board, parameters and clocks                 |
 //! | [`run_info`]       | facts of a run that are needed to interpret its records  |
+//! | [`simulation`]     | true states of a simulated arm, and pushes               |
 //! | [`csv`]            | ticks as a table                                         |
 //! | [`export`]         | ticks in other programs' formats                         |
 //! | [`summary`]        | statistics of a run                                      |
@@ -54,6 +55,7 @@ pub mod recording;
 mod records;
 pub mod replay;
 pub mod run_info;
+pub mod simulation;
 mod statistics;
 pub mod summary;
 mod telemetry;

@@ -10,7 +10,7 @@
 //! | [`MESSAGE_BYTES`]  | the settings: 4 kB                                    |
 //! | [`METADATA_BYTES`] | the settings: 3 kB                                     |
 //! | [`METADATA_NAMES`] | 6                                                     |
-//! | [`TOPICS`]         | 9                                                     |
+//! | [`TOPICS`]         | 11                                                    |
 
 /// Longest chunk or attachment that is read: 64 MiB.
 pub(super) const RECORD_BYTES: u64 = 64 << 20;
@@ -26,6 +26,9 @@ pub(super) const METADATA_NAMES: usize = 32;
 
 /// Number of topics that are kept.
 pub(super) const TOPICS: usize = 256;
+
+/// Number of pushes on a simulated arm that are kept.
+pub(super) const PUSHES: usize = 1 << 16;
 
 /// Number of sentences about damage; further ones are counted.
 pub(super) const DAMAGE_SENTENCES: usize = 100;

@@ -53,19 +53,27 @@ impl Seek for Sink {
 /// File of a log.
 pub(super) struct LogFile {
     writer: mcap::Writer<Sink>,
-    channels: BTreeMap<u16, Channel>,
+    channels: [Option<Channel>; Topic::ALL.len()],
     position: Arc<AtomicU64>,
     syncer: Syncer,
     attachments: u32,
 }
 
+#[derive(Clone, Copy)]
 struct Channel {
     id: u16,
     sequence: u32,
 }
 
+fn add_channel(writer: &mut mcap::Writer<Sink>, topic: Topic) -> McapResult<Channel> {
+    let schema = writer.add_schema(topic.schema_name(), "protobuf", topic.schema())?;
+    let id = writer.add_channel(schema, topic.name(), "protobuf", &BTreeMap::new())?;
+    Ok(Channel { id, sequence: 0 })
+}
+
 impl LogFile {
-    /// Begins the file, with all topics at its start.
+    /// Begins the file, with all topics of a link at its start; those of a simulation begin
+    /// with their first message.
     pub(super) fn begin(disk: Box<dyn Write + Send>, sync: SyncFn) -> McapResult<Self> {
         let position = Arc::default();
         let sink = Sink {
@@ -79,11 +87,12 @@ impl LogFile {
             .disable_seeking(true)
             .library(concat!("armbridge ", env!("CARGO_PKG_VERSION")))
             .create(sink)?;
-        let mut channels = BTreeMap::new();
-        for topic in Topic::ALL {
-            let schema = writer.add_schema(topic.schema_name(), "protobuf", topic.schema())?;
-            let id = writer.add_channel(schema, topic.name(), "protobuf", &BTreeMap::new())?;
-            channels.insert(topic as u16, Channel { id, sequence: 0 });
+        let mut channels = [None; Topic::ALL.len()];
+        for topic in Topic::ALL
+            .into_iter()
+            .filter(|topic| !topic.is_simulation())
+        {
+            channels[topic as usize] = Some(add_channel(&mut writer, topic)?);
         }
         writer.flush()?;
         Ok(Self {
@@ -97,8 +106,9 @@ impl LogFile {
 
     /// Appends a message.
     pub(super) fn message(&mut self, message: Message<'_>) -> McapResult<()> {
-        let Some(channel) = self.channels.get_mut(&(message.topic as u16)) else {
-            return Ok(());
+        let channel = match &mut self.channels[message.topic as usize] {
+            Some(channel) => channel,
+            absent => absent.insert(add_channel(&mut self.writer, message.topic)?),
         };
         let header = MessageHeader {
             channel_id: channel.id,

@@ -2,23 +2,25 @@
 //!
 //! | record       | contents                                                      |
 //! |--------------|---------------------------------------------------------------|
-//! | `run`        | [`RunFacts`]: each fact by its name, and all of them as `json` |
+//! | `run`        | facts of the run that no setting changes, by their names and as `json` |
 //! | `build`      | of this program: `git`, `version`, `schema`                   |
 //! | `board`      | of the board: `image` (CRC-32 of its program), `session`, `json` |
-//! | `parameters` | all settings by their names, and as `json`                    |
+//! | `parameters` | settings in force when the motors were first driven, by their names and as `json`; those at the end if they never were |
 //! | `clock`      | the two clocks: `offset_ns`, `at_board_us`, `drift_ppm`, `residual_us`, `residual_most_us` |
 //! | `end`        | `ticks`, `missing_ticks`, `unwritten_bytes`; only of a log that was closed |
 //!
-//! Changed information is written again: the last record of a name is valid.
+//! Each is written once, `board` again after a reset. Later changes of settings are messages of
+//! `/parameters`.
 
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use armbridge_client::params;
+use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{BoardReport, Settings};
 use armbridge_shared::link::schema;
 use mcap::records::Metadata;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::clock_sync::Line;
@@ -59,9 +61,26 @@ fn record<const N: usize>(name: &str, pairs: [(&str, String); N]) -> Metadata {
     }
 }
 
+/// Facts of a run that no setting changes.
+#[derive(Serialize, Deserialize)]
+struct RunRecord {
+    name: String,
+    world: String,
+    version: String,
+    seed: Option<u64>,
+    static_friction_nm: Option<[f64; JOINTS]>,
+}
+
 pub(super) fn run(facts: &RunFacts) -> Metadata {
-    let mut metadata = fields(facts);
-    metadata.insert("json".into(), json(facts));
+    let record = RunRecord {
+        name: facts.name.clone(),
+        world: facts.world.clone(),
+        version: facts.version.clone(),
+        seed: facts.seed,
+        static_friction_nm: facts.static_friction_nm,
+    };
+    let mut metadata = fields(&record);
+    metadata.insert("json".into(), json(&record));
     Metadata {
         name: RUN.into(),
         metadata,
@@ -129,9 +148,16 @@ pub(super) fn end((ticks, missing): (u64, u64), unwritten: u64) -> Metadata {
     )
 }
 
-/// The facts of a run, from its record.
-pub(super) fn facts(run: &BTreeMap<String, String>) -> Option<RunFacts> {
-    serde_json::from_str(run.get("json")?).ok()
+/// The facts of a run with these settings, from its record.
+pub(super) fn facts(run: &BTreeMap<String, String>, settings: &Settings) -> Option<RunFacts> {
+    let record: RunRecord = serde_json::from_str(run.get("json")?).ok()?;
+    let facts = RunFacts {
+        version: record.version,
+        seed: record.seed,
+        static_friction_nm: record.static_friction_nm,
+        ..RunFacts::from_settings(&record.name, &record.world, settings)
+    };
+    Some(facts.with_settings(settings))
 }
 
 /// JSON of plain data, which cannot fail.

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use armbridge_client::Tap;
 use armbridge_client::event::Direction;
+use armbridge_client::simulation::SimulationEvent;
 
 use super::raw_link_bytes;
 
@@ -36,6 +37,7 @@ pub(super) struct Queue {
 #[derive(Debug, Default)]
 struct Contents {
     framed: Vec<u8>,
+    simulation: Vec<SimulationEvent>,
     peak_bytes: usize,
     unwritten: u64,
     is_closed: bool,
@@ -80,10 +82,7 @@ impl Queue {
             && !contents.framed.is_empty()
             && contents.framed.len() + len > self.capacity
         {
-            contents = self
-                .emptied
-                .wait(contents)
-                .unwrap_or_else(PoisonError::into_inner);
+            contents = self.wait_for_room(contents);
         }
         let fits = contents.framed.len() + len <= self.capacity;
         // A piece longer than the queue is accepted when it is alone.
@@ -102,10 +101,37 @@ impl Queue {
         }
     }
 
-    /// Takes all queued bytes in exchange for an empty buffer; waits until there are
-    /// enough, or until this instant.
-    pub(super) fn take(&self, into: &mut Vec<u8>, until: Instant) -> Drained {
+    fn wait_for_room<'a>(&self, contents: MutexGuard<'a, Contents>) -> MutexGuard<'a, Contents> {
+        self.emptied
+            .wait(contents)
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Queues an event of the simulation. One that does not fit is left out.
+    fn put_simulated(&self, event: SimulationEvent) {
+        let events_max = self.capacity / size_of::<SimulationEvent>();
+        let mut contents = self.lock();
+        while self.blocks_when_full
+            && !contents.is_closed
+            && contents.simulation.len() >= events_max
+        {
+            contents = self.wait_for_room(contents);
+        }
+        if !contents.is_closed && contents.simulation.len() < events_max {
+            contents.simulation.push(event);
+        }
+    }
+
+    /// Takes all queued bytes and events in exchange for empty buffers; waits until there
+    /// are enough bytes, or until this instant. Events precede the bytes of their time.
+    pub(super) fn take(
+        &self,
+        into: &mut Vec<u8>,
+        simulation: &mut Vec<SimulationEvent>,
+        until: Instant,
+    ) -> Drained {
         into.clear();
+        simulation.clear();
         let mut contents = self.lock();
         while contents.framed.len() < self.wake_bytes() && !contents.is_closed {
             let left = until.saturating_duration_since(Instant::now());
@@ -118,6 +144,7 @@ impl Queue {
                 .unwrap_or_else(PoisonError::into_inner);
         }
         std::mem::swap(&mut contents.framed, into);
+        std::mem::swap(&mut contents.simulation, simulation);
         let drained = Drained {
             unwritten: contents.unwritten,
             peak_bytes: contents.peak_bytes,
@@ -161,6 +188,14 @@ impl Tap for QueueTap {
             bytes: &[],
         });
     }
+
+    fn takes_simulation(&self) -> bool {
+        true
+    }
+
+    fn simulated(&mut self, event: &SimulationEvent) {
+        self.0.put_simulated(*event);
+    }
 }
 
 #[cfg(test)]
@@ -175,7 +210,7 @@ mod tests {
         tap.bytes(Direction::ToHost, 2, &[2; 60]);
         tap.bytes(Direction::ToHost, 3, &[3; 10]);
         let mut framed = Vec::new();
-        let drained = queue.take(&mut framed, Instant::now());
+        let drained = queue.take(&mut framed, &mut Vec::new(), Instant::now());
         assert_eq!(drained.unwritten, 60);
         let times: Vec<_> = raw_link_bytes::pieces(&framed)
             .map(|piece| piece.unwrap().host_ns)
@@ -196,7 +231,8 @@ mod tests {
         });
         let (mut framed, mut count) = (Vec::new(), 0);
         loop {
-            let drained = queue.take(&mut framed, Instant::now() + Duration::from_secs(10));
+            let until = Instant::now() + Duration::from_secs(10);
+            let drained = queue.take(&mut framed, &mut Vec::new(), until);
             count += raw_link_bytes::pieces(&framed).count();
             if drained.is_last {
                 assert_eq!(drained.unwritten, 0);

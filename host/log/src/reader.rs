@@ -2,6 +2,9 @@
 //! extend: see [`limits`](super::limits).
 
 mod channels;
+mod rows;
+
+pub use rows::{Row, Rows};
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -14,16 +17,24 @@ use mcap::records::{Record, op};
 use prost::Message as _;
 
 use super::error::ReadError;
-use super::limits::{DAMAGE_SENTENCES, MESSAGE_BYTES, RECORD_BYTES, quote};
+use super::limits::{DAMAGE_SENTENCES, MESSAGE_BYTES, PUSHES, RECORD_BYTES, quote};
 use super::log_path::find;
-use super::recorded_metadata::{self, MetadataByName};
+use super::recorded_metadata::{self, MetadataByName, RecordedMetadata};
 use super::records::{Next, Records, TooLong, parse, split};
+use super::simulation::{self, Push, TrueState};
 use super::topics::Topic;
 use super::{event_messages, metadata, proto, raw_link_bytes, telemetry};
 use crate::run_info::RunFacts;
 
 /// Header of a chunk that is not compressed: times, size, checksum, an empty name, size.
 const CHUNK_HEADER: usize = 8 + 8 + 8 + 4 + 4 + 8;
+
+/// Content of a message.
+enum Item {
+    Event(Event),
+    /// True state of a simulated arm at the start of this tick.
+    State(u32, TrueState),
+}
 
 /// Reader of a log, for files that do not fit in memory.
 #[derive(Debug)]
@@ -35,6 +46,7 @@ pub struct Reader {
     at: usize,
     channels: BTreeMap<u16, Topic>,
     metadata: MetadataByName,
+    settings: Option<Settings>,
     facts: RunFacts,
     is_same_schema: bool,
     chunks: u64,
@@ -42,6 +54,9 @@ pub struct Reader {
     /// Chunks that were left out, beyond those in `damage`.
     unlisted: u64,
     last_tick: Option<u32>,
+    pushes: Vec<Push>,
+    /// States of a simulation are decoded, not skipped.
+    reads_states: bool,
     is_over: bool,
     damage: Vec<String>,
 }
@@ -54,22 +69,33 @@ impl Reader {
     /// When nothing can be read.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let path = find(Some(path), Path::new("."))?;
+        let (mut reader, recorded) = Self::begin(&path)?;
+        reader.settings = match recorded.settings() {
+            Some(settings) => Some(settings),
+            // Its program ended before the motors were driven.
+            None => Self::begin(&path)?.0.find_settings(),
+        };
+        reader.facts = recorded.facts(reader.settings.as_ref());
+        reader.metadata = recorded.by_name;
+        Ok(reader)
+    }
+
+    /// Opens the log at this path.
+    fn begin(path: &Path) -> Result<(Self, RecordedMetadata), ReadError> {
         let failed = |why: String| ReadError {
-            path: path.clone(),
+            path: path.to_path_buf(),
             why,
         };
         let failed_io = |error: io::Error| failed(error.to_string());
-        let Some(mut records) = Records::open(&path).map_err(failed_io)? else {
+        let Some(mut records) = Records::open(path).map_err(failed_io)? else {
             return Err(failed(
                 "it is no MCAP file; logs of Armbridge are called run.mcap".into(),
             ));
         };
-        let (metadata_by_name, is_metadata_left_out) =
-            recorded_metadata::read(&mut records).map_err(failed_io)?;
+        let recorded = recorded_metadata::read(&mut records).map_err(failed_io)?;
         records.rewind().map_err(failed_io)?;
-        let schema = metadata_by_name
-            .get(metadata::BUILD)
-            .and_then(|build| build.get("schema"));
+        let build = recorded.by_name.get(metadata::BUILD);
+        let schema = build.and_then(|build| build.get("schema"));
         let is_same_schema = schema.is_none_or(|schema| *schema == metadata::schema_hash());
         let mut damage = Vec::new();
         if !is_same_schema {
@@ -79,28 +105,49 @@ impl Reader {
                     .into(),
             );
         }
-        if is_metadata_left_out {
+        if recorded.is_left_out {
             damage
                 .push("it has more metadata than a recorder writes: part of it is left out".into());
         }
         let mut reader = Self {
-            path: path.clone(),
+            path: path.to_path_buf(),
             records,
             chunk: Vec::new(),
             at: 0,
             channels: BTreeMap::new(),
-            facts: recorded_metadata::facts(&metadata_by_name),
-            metadata: metadata_by_name,
+            settings: None,
+            facts: recorded.facts(None),
+            metadata: MetadataByName::new(),
             is_same_schema,
             chunks: 0,
             unreadable: 0,
             unlisted: 0,
             last_tick: None,
+            pushes: Vec::new(),
+            reads_states: false,
             is_over: false,
             damage,
         };
         reader.find_channels().map_err(failed)?;
-        Ok(reader)
+        Ok((reader, recorded))
+    }
+
+    /// The last settings that the board reported before its motors were first driven, else
+    /// the last ones.
+    fn find_settings(self) -> Option<Settings> {
+        let mut found = None;
+        for event in self {
+            match event.kind {
+                EventKind::Received(_, ToHost::Settings(settings)) => found = Some(settings),
+                EventKind::Received(_, ToHost::Record(record))
+                    if found.is_some() && record.mode.drive().is_some() =>
+                {
+                    break;
+                }
+                _ => {}
+            }
+        }
+        found
     }
 
     /// Path of the log.
@@ -108,14 +155,27 @@ impl Reader {
         &self.path
     }
 
-    /// The facts of the run; derived from its settings, if the log has none.
+    /// The facts of the run, with the [`settings`](Self::settings).
     pub fn facts(&self) -> &RunFacts {
         &self.facts
     }
 
-    /// The last settings of the board; `None` if there are none.
-    pub(crate) fn last_settings(&self) -> Option<Settings> {
-        recorded_metadata::settings(&self.metadata)
+    /// Settings in force when the motors were first driven, or the last ones if they never
+    /// were; `None` if the log has none.
+    pub fn settings(&self) -> Option<&Settings> {
+        self.settings.as_ref()
+    }
+
+    /// Pushes on a simulated arm, as far as the file has been read, in the order of their
+    /// start.
+    pub fn pushes(&self) -> &[Push] {
+        &self.pushes
+    }
+
+    /// Whether the part that has been read has true states of a simulated arm.
+    pub fn has_true_states(&self) -> bool {
+        let mut topics = self.channels.values();
+        topics.any(|topic| *topic == Topic::SimulationState)
     }
 
     /// Metadata by name and key; see [`metadata`].
@@ -244,7 +304,7 @@ impl Reader {
         &mut self,
         topic: Topic,
         bytes: &[u8],
-    ) -> Result<Option<Event>, event_messages::Unreadable> {
+    ) -> Result<Option<Item>, event_messages::Unreadable> {
         let is_same_schema = self.is_same_schema;
         let unreadable = |_| event_messages::Unreadable;
         let (host_ns, kind) = match topic {
@@ -277,14 +337,28 @@ impl Reader {
                     .ok_or(event_messages::Unreadable)?;
                 (message.host_ns, kind)
             }
-            // Derived from the other messages.
-            Topic::Statistics
+            Topic::SimulationState if self.reads_states => {
+                let message = proto::SimulationState::decode(bytes).map_err(unreadable)?;
+                let state = simulation::state(&message).ok_or(event_messages::Unreadable)?;
+                return Ok(Some(Item::State(state.0, state.1)));
+            }
+            Topic::SimulationPush => {
+                let message = proto::SimulationPush::decode(bytes).map_err(unreadable)?;
+                let push = simulation::push(&message).ok_or(event_messages::Unreadable)?;
+                if self.pushes.len() < PUSHES {
+                    self.pushes.push(push);
+                }
+                return Ok(None);
+            }
+            // Left out, and derived from the other messages.
+            Topic::SimulationState
+            | Topic::Statistics
             | Topic::Log
             | Topic::JointStates
             | Topic::Transforms
             | Topic::Scene => return Ok(None),
         };
-        Ok(Some(Event { host_ns, kind }))
+        Ok(Some(Item::Event(Event { host_ns, kind })))
     }
 
     /// The next record of the chunk: opcode, and range of its body.
@@ -295,21 +369,25 @@ impl Reader {
         Some((opcode, start..self.at))
     }
 
-    fn event_of_record(&mut self, opcode: u8, body: &[u8]) -> Option<Event> {
+    fn item_of_record(&mut self, opcode: u8, body: &[u8]) -> Option<Item> {
         match parse(opcode, body) {
             Some(Record::Message { header, data }) => {
                 let topic = *self.channels.get(&header.channel_id)?;
-                let event = if data.len() > MESSAGE_BYTES {
+                let item = if data.len() > MESSAGE_BYTES {
                     Err(event_messages::Unreadable)
                 } else {
                     self.decode_message(topic, &data)
                 };
-                event.unwrap_or_else(|_| {
+                item.unwrap_or_else(|_| {
                     self.unreadable += 1;
                     None
                 })
             }
-            // All topics are known by now; other records are ignored.
+            Some(Record::Channel(_)) => {
+                // A simulation's topic, or another program's.
+                let _ = self.register_channel(body);
+                None
+            }
             _ => None,
         }
     }
@@ -328,12 +406,9 @@ impl Reader {
             self.unreadable = 0;
         }
     }
-}
 
-impl Iterator for Reader {
-    type Item = Event;
-
-    fn next(&mut self) -> Option<Event> {
+    /// The next item; states only where [`rows`](Self::rows) wants them.
+    fn next_item(&mut self) -> Option<Item> {
         loop {
             let Some((opcode, body)) = self.record() else {
                 match self.load_chunk() {
@@ -346,10 +421,23 @@ impl Iterator for Reader {
             };
             // Moved out temporarily, so that the reader can be borrowed mutably.
             let chunk = std::mem::take(&mut self.chunk);
-            let event = self.event_of_record(opcode, chunk.get(body).unwrap_or_default());
+            let item = self.item_of_record(opcode, chunk.get(body).unwrap_or_default());
             self.chunk = chunk;
-            if event.is_some() {
-                return event;
+            if item.is_some() {
+                return item;
+            }
+        }
+    }
+}
+
+impl Iterator for Reader {
+    type Item = Event;
+
+    fn next(&mut self) -> Option<Event> {
+        loop {
+            match self.next_item()? {
+                Item::Event(event) => return Some(event),
+                Item::State(..) => {}
             }
         }
     }

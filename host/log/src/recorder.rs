@@ -96,8 +96,8 @@ impl Recorder {
         };
         let file = LogFile::begin(disk, sync).map_err(failed)?;
         let shared = Arc::default();
-        let writer = LogWriter::new(file, facts.clone(), Arc::clone(&queue), Arc::clone(&shared))
-            .map_err(failed)?;
+        let writer =
+            LogWriter::new(file, facts, Arc::clone(&queue), Arc::clone(&shared)).map_err(failed)?;
         let thread = std::thread::Builder::new()
             .name("recorder".into())
             .spawn(move || writer.run())

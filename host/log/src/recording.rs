@@ -3,19 +3,19 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use armbridge_shared::link::message::{Record, Settings, ToHost};
+use armbridge_shared::link::message::{Record, Settings};
 
 pub use super::error::ReadError;
-pub use super::reader::Reader;
+pub use super::reader::{Reader, Row, Rows};
 use crate::run_info::RunFacts;
-use armbridge_client::event::{Event, EventKind};
+use armbridge_client::event::Event;
 
 /// Contents of a log.
 #[derive(Clone, Debug)]
 pub struct Recording {
     /// Path of the log.
     pub path: PathBuf,
-    /// Facts of the run, with the last settings of the board.
+    /// Facts of the run, with these settings.
     pub facts: RunFacts,
     /// Settings in force when the motors were first driven; else the last ones. None
     /// if the log has no settings.
@@ -38,11 +38,10 @@ impl Recording {
     pub fn load(path: &Path) -> Result<Self, ReadError> {
         let mut reader = Reader::open(path)?;
         let events: Vec<Event> = reader.by_ref().collect();
-        let settings = in_force(&events);
         Ok(Self {
             path: reader.path().to_path_buf(),
             facts: reader.facts().clone(),
-            settings,
+            settings: reader.settings().copied(),
             events,
             damage: reader.damage().to_vec(),
             metadata: reader.metadata().clone(),
@@ -53,26 +52,4 @@ impl Recording {
     pub fn records(&self) -> Vec<Record> {
         self.events.iter().filter_map(Event::record).collect()
     }
-}
-
-/// Settings of a run: those of a scenario are reported before the motors are driven, and
-/// the board's own, which were in force at first, again after the scenario.
-fn in_force(events: &[Event]) -> Option<Settings> {
-    let is_driven = |event: &Event| {
-        let record = event.record();
-        record.is_some_and(|record| record.mode.drive().is_some())
-    };
-    let first = events.iter().position(is_driven).unwrap_or(events.len());
-    let settings = |event: &Event| match event.kind {
-        EventKind::Received(_, ToHost::Settings(settings)) => Some(settings),
-        EventKind::Received(..)
-        | EventKind::Sent(..)
-        | EventKind::Lost(..)
-        | EventKind::Damaged(..)
-        | EventKind::Disconnected => None,
-    };
-    let (before, after) = events.split_at(first);
-    let in_force = before.iter().rev().find_map(settings);
-    // A later session reports them again.
-    in_force.or_else(|| after.iter().find_map(settings))
 }

@@ -1,7 +1,7 @@
 //! Facts of a run that are needed to interpret its records.
 //!
-//! Known before the first tick and constant from then on. Written into the
-//! MCAP file as metadata, into plot titles and into the summary.
+//! Those that settings change are derived from the settings in force when the motors were
+//! first driven: in a log from its `parameters`, see [`metadata`](crate::metadata).
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Direction, Joint, Pwm};
@@ -76,10 +76,7 @@ impl RunFacts {
         Self {
             seed: Some(seed),
             static_friction_nm: friction_nm,
-            stiction_offset_mrad: friction_nm.and_then(|friction_nm| {
-                let stiffness = net_stiffness(&self.setup)?;
-                Some([0, 1].map(|j| 1e3 * friction_nm[j] / stiffness[j]))
-            }),
+            stiction_offset_mrad: stiction_offset_mrad(&self.setup, friction_nm),
             ..self
         }
     }
@@ -91,7 +88,7 @@ impl RunFacts {
             version: self.version.clone(),
             seed: self.seed,
             static_friction_nm: self.static_friction_nm,
-            stiction_offset_mrad: self.stiction_offset_mrad,
+            stiction_offset_mrad: stiction_offset_mrad(&settings.setup, self.static_friction_nm),
             ..Self::from_settings(&self.name, &self.world, settings)
         }
     }
@@ -121,6 +118,15 @@ fn signed_rad_per_count(joint: &Joint<f32>) -> f64 {
         Direction::Forward => rad_per_count,
         Direction::Reverse => -rad_per_count,
     }
+}
+
+/// Largest angle in mrad by which static friction can hold each joint off its setpoint.
+fn stiction_offset_mrad(
+    setup: &Setup,
+    friction_nm: Option<[f64; JOINTS]>,
+) -> Option<[f64; JOINTS]> {
+    let (friction_nm, stiffness) = (friction_nm?, net_stiffness(setup)?);
+    Some([0, 1].map(|j| 1e3 * friction_nm[j] / stiffness[j]))
 }
 
 /// Stiffness in N m/rad with which state feedback holds the arm upright: the gain

@@ -8,6 +8,7 @@ use armbridge_shared::link::message::{Mode, Record, Settings, ToHost};
 
 use super::clock_sync::{Envelope, Line, Mapping};
 use super::proto::descriptors;
+use super::simulation::{self, SimulationEvent, StateQueue};
 use super::statistics::Counters;
 use super::{event_messages, event_text, parameters, proto, telemetry, visualization};
 
@@ -38,11 +39,15 @@ pub enum Topic {
     Transforms,
     /// Shapes of the links.
     Scene,
+    /// True states of a simulated arm.
+    SimulationState,
+    /// Pushes on a simulated arm.
+    SimulationPush,
 }
 
 impl Topic {
     /// All topics.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 11] = [
         Self::Telemetry,
         Self::Commands,
         Self::Events,
@@ -52,7 +57,14 @@ impl Topic {
         Self::JointStates,
         Self::Transforms,
         Self::Scene,
+        Self::SimulationState,
+        Self::SimulationPush,
     ];
+
+    /// Whether only the log of a simulation has it.
+    pub fn is_simulation(self) -> bool {
+        matches!(self, Self::SimulationState | Self::SimulationPush)
+    }
 
     /// Its name.
     pub fn name(self) -> &'static str {
@@ -66,6 +78,8 @@ impl Topic {
             Self::JointStates => "/joint_states",
             Self::Transforms => "/tf",
             Self::Scene => "/scene",
+            Self::SimulationState => "/simulation/state",
+            Self::SimulationPush => "/simulation/push",
         }
     }
 
@@ -81,6 +95,8 @@ impl Topic {
             Self::JointStates => "foxglove.JointStates",
             Self::Transforms => "foxglove.FrameTransforms",
             Self::Scene => "foxglove.SceneUpdate",
+            Self::SimulationState => "armbridge.SimulationState",
+            Self::SimulationPush => "armbridge.SimulationPush",
         }
     }
 
@@ -92,7 +108,9 @@ impl Topic {
             | Self::Commands
             | Self::Events
             | Self::Parameters
-            | Self::Statistics => proto::DESCRIPTORS,
+            | Self::Statistics
+            | Self::SimulationState
+            | Self::SimulationPush => proto::DESCRIPTORS,
             Self::Log => descriptors::LOG,
             Self::JointStates => descriptors::JOINT_STATES,
             Self::Transforms => descriptors::FRAME_TRANSFORMS,
@@ -121,6 +139,7 @@ pub struct Encoder {
     envelope: Envelope,
     counters: Counters,
     session: Option<armbridge_shared::link::message::BoardReport>,
+    states: StateQueue,
     last_tick: Option<(u32, u64)>,
     is_disconnected: bool,
     last_pose_us: Option<u64>,
@@ -178,6 +197,27 @@ impl Encoder {
                     Some(message) => self.put_event(message, put),
                     None => Ok(()),
                 }
+            }
+        }
+    }
+
+    /// Encodes an event of a simulation; a state waits for the record of its time.
+    ///
+    /// # Errors
+    /// Those of `put`.
+    pub fn simulated<E>(
+        &mut self,
+        event: &SimulationEvent,
+        put: &mut impl FnMut(Message<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        match event {
+            SimulationEvent::State(state) => {
+                self.states.push(*state);
+                Ok(())
+            }
+            SimulationEvent::Push(push) => {
+                let message = simulation::push_message(push);
+                self.put(Topic::SimulationPush, push.start_ns, &message, put)
             }
         }
     }
@@ -263,6 +303,10 @@ impl Encoder {
         let at_ns = self.mapping.host_ns(host_ns, record.start_us);
         self.envelope.add(host_ns, record.start_us);
         self.counters.tick(record, host_ns.saturating_sub(at_ns));
+        if let Some(state) = self.states.take(record.start_us) {
+            let message = simulation::state_message(record.tick, &state);
+            self.put(Topic::SimulationState, at_ns, &message, put)?;
+        }
         let joints = self
             .settings
             .as_ref()
@@ -274,7 +318,7 @@ impl Encoder {
             let (severity, text) = event_text::mode(record.mode);
             let event = proto::Event {
                 host_ns,
-                board_us: Some(record.start_us),
+                time_s: Some(telemetry::seconds(record.start_us)),
                 severity: severity.into(),
                 kind: "mode".into(),
                 text,

@@ -6,7 +6,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use armbridge_client::event::{Event, EventKind, LinkDecoder};
-use armbridge_shared::link::message::{Settings, ToHost};
+use armbridge_client::simulation::SimulationEvent;
+use armbridge_shared::link::message::{BoardReport, Settings, ToHost};
 use mcap::{McapError, McapResult};
 
 use super::mcap_file::LogFile;
@@ -65,8 +66,10 @@ impl Shared {
 /// Writer of a log.
 pub(super) struct LogWriter {
     file: Option<LogFile>,
-    facts: RunFacts,
+    /// As last reported, until they are recorded.
     settings: Option<Settings>,
+    has_settings: bool,
+    board: Option<BoardReport>,
     queue: Arc<Queue>,
     shared: Arc<Shared>,
     decoder: LinkDecoder,
@@ -83,18 +86,19 @@ impl LogWriter {
     /// Writes the metadata known at the start.
     pub(super) fn new(
         mut file: LogFile,
-        facts: RunFacts,
+        facts: &RunFacts,
         queue: Arc<Queue>,
         shared: Arc<Shared>,
     ) -> McapResult<Self> {
         file.metadata(&metadata::build())?;
-        file.metadata(&metadata::run(&facts))?;
+        file.metadata(&metadata::run(facts))?;
         file.flush()?;
         file.sync()?;
         Ok(Self {
             file: Some(file),
-            facts,
             settings: None,
+            has_settings: false,
+            board: None,
             queue,
             shared,
             decoder: LinkDecoder::default(),
@@ -109,11 +113,12 @@ impl LogWriter {
 
     /// Writes until the queue is closed and empty.
     pub(super) fn run(mut self) {
-        let mut framed = Vec::new();
+        let (mut framed, mut simulation) = (Vec::new(), Vec::new());
         loop {
-            let drained = self.queue.take(&mut framed, self.flushed + FLUSH);
+            let until = self.flushed + FLUSH;
+            let drained = self.queue.take(&mut framed, &mut simulation, until);
             if let Some(mut file) = self.file.take() {
-                match self.write(&mut file, &framed, drained) {
+                match self.write(&mut file, &framed, &simulation, drained) {
                     Ok(()) => self.file = Some(file),
                     Err(error) => self.abort(&error, file.size()),
                 }
@@ -134,7 +139,17 @@ impl LogWriter {
         }
     }
 
-    fn write(&mut self, file: &mut LogFile, framed: &[u8], drained: Drained) -> McapResult<()> {
+    fn write(
+        &mut self,
+        file: &mut LogFile,
+        framed: &[u8],
+        simulation: &[SimulationEvent],
+        drained: Drained,
+    ) -> McapResult<()> {
+        for event in simulation {
+            self.encoder
+                .simulated(event, &mut |message| file.message(message))?;
+        }
         self.raw.extend_from_slice(framed);
         for piece in raw_link_bytes::pieces(framed).flatten() {
             self.latest_ns = self.latest_ns.max(piece.host_ns);
@@ -173,16 +188,16 @@ impl LogWriter {
         self.encoder
             .event(event, &mut |message| file.message(message))?;
         match event.kind {
-            EventKind::Received(_, ToHost::Board(report)) => {
+            EventKind::Received(_, ToHost::Board(report)) if self.board != Some(report) => {
+                self.board = Some(report);
                 file.metadata(&metadata::board(&report))
             }
-            EventKind::Received(_, ToHost::Settings(settings))
-                if self.settings != Some(settings) =>
-            {
-                let facts = self.facts.with_settings(&settings);
-                file.metadata(&metadata::run(&facts))?;
+            EventKind::Received(_, ToHost::Settings(settings)) if !self.has_settings => {
                 self.settings = Some(settings);
-                file.metadata(&metadata::parameters(&settings))
+                Ok(())
+            }
+            EventKind::Received(_, ToHost::Record(record)) if record.mode.drive().is_some() => {
+                self.record_settings(file)
             }
             EventKind::Sent(..)
             | EventKind::Received(..)
@@ -190,6 +205,15 @@ impl LogWriter {
             | EventKind::Damaged(..)
             | EventKind::Disconnected => Ok(()),
         }
+    }
+
+    /// Records the settings in force, once.
+    fn record_settings(&mut self, file: &mut LogFile) -> McapResult<()> {
+        let Some(settings) = self.settings.take() else {
+            return Ok(());
+        };
+        self.has_settings = true;
+        file.metadata(&metadata::parameters(&settings))
     }
 
     /// Closes the chunk, and writes the raw bytes of its contents.
@@ -208,6 +232,7 @@ impl LogWriter {
         self.encoder
             .statistics(self.latest_ns, &mut |message| file.message(message))?;
         self.flush(&mut file)?;
+        self.record_settings(&mut file)?;
         if let Some(line) = self.encoder.clock() {
             file.metadata(&metadata::clock(&line))?;
         }

@@ -1,5 +1,6 @@
 //! Bench: servos on a wire that move an arm.
 
+use armbridge_client::simulation::TrueState;
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::State;
 use armbridge_shared::bridge::SERVO_IDS;
@@ -278,6 +279,17 @@ impl Bench {
     pub fn state_at(&mut self, at_us: u64) -> State<f64> {
         self.joints.arm.advance(at_us.saturating_mul(1_000));
         self.joints.arm.state()
+    }
+
+    /// State and torques of the arm at `at_us`, under the same condition.
+    pub(crate) fn true_state(&mut self, at_us: u64) -> TrueState {
+        self.joints.arm.advance(at_us.saturating_mul(1_000));
+        self.joints.arm.true_state()
+    }
+
+    /// The next push that has begun, once.
+    pub(crate) fn take_begun_push(&mut self) -> Option<Push> {
+        self.joints.arm.take_begun_push()
     }
 
     /// The true arm.

@@ -8,6 +8,7 @@ use std::fmt;
 use std::sync::mpsc::Receiver;
 
 use armbridge_client::Host;
+use armbridge_client::simulation::SimulationEvent;
 use armbridge_shared::JOINTS;
 use armbridge_shared::bridge::gateway::ClientLine;
 use armbridge_shared::link::server::Touch;
@@ -242,6 +243,13 @@ impl<B: Board, H: Host> Cosim<B, H> {
                 Interaction::Lift => bench.lift(),
                 Interaction::Release => bench.release(),
             }
+        }
+        // A tick begins at an alarm of the board.
+        if now_us >= self.wake.at_us && host.takes_true_states() {
+            host.simulated(&SimulationEvent::State(bench.true_state(now_us)));
+        }
+        while let Some(push) = bench.take_begun_push() {
+            host.simulated(&SimulationEvent::Push(push));
         }
         let from_host = host.transmit(now_us).map_err(CosimError::Host)?;
         output.bus.clear();

@@ -23,12 +23,14 @@ mod draw;
 mod file;
 mod hand;
 
+pub use armbridge_client::simulation::Push;
 pub use body::{Body, Friction, Impact};
 pub use config::PlantConfig;
 pub use file::{BuiltinPlant, KEYS, KeyConflict, PLANTS, PlantError, PlantFile};
 
 use std::collections::VecDeque;
 
+use armbridge_client::simulation::TrueState;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::arm::State;
@@ -36,7 +38,6 @@ use hand::Hand;
 use nalgebra::Vector2;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg32;
-use serde::Serialize;
 
 /// PWM at which a Morpheus servo switches its motor off.
 const OFF: u16 = Pwm::OFF.counts();
@@ -60,6 +61,8 @@ pub struct Plant {
     pwm: [u16; JOINTS],
     motor_faults: [MotorFault; JOINTS],
     push_nm: Vector2<f64>,
+    /// Pushes that have not been [taken](Plant::take_begun_push), in the order of their start.
+    pushes: VecDeque<Push>,
     /// Future changes of torque, earliest first. A servo's own keep
     /// their order: its delay is always the same.
     due: VecDeque<Change>,
@@ -81,19 +84,6 @@ impl MotorFault {
         gain: 1.0,
         offset_counts: 0.0,
     };
-}
-
-/// External torque on a joint.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Push {
-    /// Joint, counting from 0.
-    pub joint: usize,
-    /// Torque, in N m.
-    pub torque_nm: f64,
-    /// Start, in ns.
-    pub start_ns: u64,
-    /// Duration, in ns.
-    pub duration_ns: u64,
 }
 
 /// The arm at time zero.
@@ -132,6 +122,7 @@ impl Plant {
             pwm: [OFF; JOINTS],
             motor_faults: [MotorFault::NONE; JOINTS],
             push_nm: Vector2::zeros(),
+            pushes: VecDeque::new(),
             due: VecDeque::new(),
             // One stream per encoder: reading one does not change the other.
             noise: core::array::from_fn(|servo| Pcg32::new(seed, servo as u64)),
@@ -166,6 +157,10 @@ impl Plant {
         } = push;
         assert!(joint < JOINTS, "no joint {joint} on this arm");
         let start_ns = start_ns.max(self.now_ns);
+        let index = self
+            .pushes
+            .partition_point(|other| other.start_ns <= start_ns);
+        self.pushes.insert(index, Push { start_ns, ..push });
         self.change(start_ns, ChangeKind::Push { joint, delta_nm });
         let delta_nm = -delta_nm;
         self.change(start_ns + duration_ns, ChangeKind::Push { joint, delta_nm });
@@ -272,6 +267,32 @@ impl Plant {
     /// True angles and speeds.
     pub fn state(&self) -> State<f64> {
         self.body.state(self.now_ns)
+    }
+
+    /// The next push that has begun, once.
+    pub fn take_begun_push(&mut self) -> Option<Push> {
+        let has_begun = self.pushes.front()?.start_ns <= self.now_ns;
+        has_begun.then(|| self.pushes.pop_front()).flatten()
+    }
+
+    /// State and torques at the present time.
+    pub fn true_state(&self) -> TrueState {
+        let (state, friction_nm) = self.body.state_and_friction(self.now_ns);
+        // A hand holds it, not friction.
+        let friction_nm = if self.hand.is_some() {
+            Vector2::zeros()
+        } else {
+            friction_nm
+        };
+        let real = |values: Vector2<f64>| <[f64; JOINTS]>::from(values).map(|value| value as f32);
+        TrueState {
+            at_ns: self.now_ns,
+            angle_rad: real(state.q),
+            speed_rad_s: real(state.dq),
+            torque_nm: real(self.motor_nm),
+            friction_nm: real(friction_nm),
+            push_nm: real(self.push_nm),
+        }
     }
 
     /// True motor torque in N m.

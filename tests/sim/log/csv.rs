@@ -2,6 +2,8 @@
 
 use armbridge_client::enum_names;
 use armbridge_log::CsvWriter;
+use armbridge_log::recording;
+use armbridge_log::simulation::TrueState;
 use armbridge_shared::link::message::{Drive, Guards, Missing, Mode, Record, Sample, Timing};
 use armbridge_tests::synthetic;
 use serde::Deserialize;
@@ -13,36 +15,37 @@ use super::folder;
 struct Row {
     time_s: f64,
     tick: u32,
-    mode: String,
+    board_mode: String,
     fault: String,
     guards: String,
-    q1_ref_rad: f32,
-    dq1_ref_rad_s: f32,
-    q1_rad: f32,
-    dq1_rad_s: f32,
-    count1: Option<u16>,
-    missing1: String,
-    alarms1: String,
-    torque1_nm: f32,
-    disturbance1_nm: f32,
-    pwm1_in_force: u16,
-    pwm1_next: u16,
-    q2_ref_rad: f32,
-    dq2_ref_rad_s: f32,
-    q2_rad: f32,
-    dq2_rad_s: f32,
-    count2: Option<u16>,
-    missing2: String,
-    alarms2: String,
-    torque2_nm: f32,
-    disturbance2_nm: f32,
-    pwm2_in_force: u16,
-    pwm2_next: u16,
+    reference_rad_1: f32,
+    reference_speed_rad_s_1: f32,
+    angle_rad_1: f32,
+    speed_rad_s_1: f32,
+    encoder_counts_1: Option<u16>,
+    missing_1: String,
+    alarms_1: String,
+    torque_nm_1: f32,
+    disturbance_nm_1: f32,
+    pwm_counts_1: u16,
+    pwm_next_counts_1: u16,
+    reference_rad_2: f32,
+    reference_speed_rad_s_2: f32,
+    angle_rad_2: f32,
+    speed_rad_s_2: f32,
+    encoder_counts_2: Option<u16>,
+    missing_2: String,
+    alarms_2: String,
+    torque_nm_2: f32,
+    disturbance_nm_2: f32,
+    pwm_counts_2: u16,
+    pwm_next_counts_2: u16,
     start_error_us: u32,
     bus_us: u32,
     compute_ns: u32,
     missed_ticks: u32,
     dropped_records: u32,
+    true_push_nm_2: Option<f32>,
 }
 
 fn mode(name: &str, fault: &str) -> Option<Mode> {
@@ -89,21 +92,21 @@ impl Row {
         Some(Record {
             tick: self.tick,
             start_us: (self.time_s * 1e6).round() as u64,
-            mode: mode(&self.mode, &self.fault)?,
+            mode: mode(&self.board_mode, &self.fault)?,
             guards: guards(&self.guards)?,
             samples: [
-                sample(self.count1, &self.missing1)?,
-                sample(self.count2, &self.missing2)?,
+                sample(self.encoder_counts_1, &self.missing_1)?,
+                sample(self.encoder_counts_2, &self.missing_2)?,
             ],
-            alarms: [alarms(&self.alarms1)?, alarms(&self.alarms2)?],
-            pwm_in_force: [self.pwm1_in_force, self.pwm2_in_force],
-            pwm_next: [self.pwm1_next, self.pwm2_next],
-            reference_rad: [self.q1_ref_rad, self.q2_ref_rad],
-            reference_speed_rad_s: [self.dq1_ref_rad_s, self.dq2_ref_rad_s],
-            angle_rad: [self.q1_rad, self.q2_rad],
-            speed_rad_s: [self.dq1_rad_s, self.dq2_rad_s],
-            torque_nm: [self.torque1_nm, self.torque2_nm],
-            disturbance_nm: [self.disturbance1_nm, self.disturbance2_nm],
+            alarms: [alarms(&self.alarms_1)?, alarms(&self.alarms_2)?],
+            pwm_in_force: [self.pwm_counts_1, self.pwm_counts_2],
+            pwm_next: [self.pwm_next_counts_1, self.pwm_next_counts_2],
+            reference_rad: [self.reference_rad_1, self.reference_rad_2],
+            reference_speed_rad_s: [self.reference_speed_rad_s_1, self.reference_speed_rad_s_2],
+            angle_rad: [self.angle_rad_1, self.angle_rad_2],
+            speed_rad_s: [self.speed_rad_s_1, self.speed_rad_s_2],
+            torque_nm: [self.torque_nm_1, self.torque_nm_2],
+            disturbance_nm: [self.disturbance_nm_1, self.disturbance_nm_2],
             timing: Timing {
                 start_error_us: self.start_error_us,
                 bus_us: self.bus_us,
@@ -148,9 +151,19 @@ fn every_kind_of_record() -> Vec<Record> {
 fn csv_gives_back_every_field() {
     let path = folder("csv").join("run.csv");
     let records = every_kind_of_record();
-    let mut writer = CsvWriter::create(&path).unwrap();
-    for record in &records {
-        writer.record(record).unwrap();
+    let mut writer = CsvWriter::create(&path, true).unwrap();
+    // Every third state is not known.
+    let truth = |i: usize| TrueState {
+        push_nm: [0.1, i as f32 * 1e-9],
+        ..TrueState::default()
+    };
+    let truth = |i: usize| (!i.is_multiple_of(3)).then(|| truth(i));
+    for (i, record) in records.iter().enumerate() {
+        let row = recording::Row {
+            record: *record,
+            truth: truth(i),
+        };
+        writer.row(&row).unwrap();
     }
     writer.finish().unwrap();
 
@@ -166,33 +179,34 @@ fn csv_gives_back_every_field() {
         [
             "time_s",
             "tick",
-            "mode",
+            "board_mode",
             "fault",
             "guards",
-            "q1_ref_rad",
-            "dq1_ref_rad_s",
-            "q1_rad",
-            "dq1_rad_s"
+            "reference_rad_1",
+            "reference_rad_2",
+            "reference_speed_rad_s_1",
+            "reference_speed_rad_s_2"
         ]
     );
-    let read: Vec<Record> = reader
-        .deserialize::<Row>()
-        .map(|row| row.unwrap().record().unwrap())
-        .collect();
+    let rows: Vec<Row> = reader.deserialize().map(Result::unwrap).collect();
+    let read: Vec<Record> = rows.iter().map(|row| row.record().unwrap()).collect();
     assert_eq!(read, records);
+    for (i, row) in rows.iter().enumerate() {
+        assert_eq!(row.true_push_nm_2, truth(i).map(|truth| truth.push_nm[1]));
+    }
 
     let text = std::fs::read_to_string(&path).unwrap();
     let row = text
         .lines()
         .find(|line| line.contains("bad_checksum"))
         .unwrap();
-    assert!(row.contains(",,bad_checksum,"), "{row}");
+    assert!(row.contains(",,0,bad_checksum,"), "{row}");
 }
 
 #[test]
 fn a_folder_that_is_not_there_is_named() {
     let path = folder("no_such").join("gone").join("run.csv");
-    let text = CsvWriter::create(&path).unwrap_err().to_string();
+    let text = CsvWriter::create(&path, false).unwrap_err().to_string();
     assert!(
         text.contains("cannot write") && text.contains("gone"),
         "{text}"

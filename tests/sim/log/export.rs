@@ -11,10 +11,11 @@ use std::path::{Path, PathBuf};
 use armbridge_analysis::monte_carlo::Trial;
 use armbridge_analysis::plan_runner::Script;
 use armbridge_client::enum_names;
-use armbridge_log::export;
-use armbridge_log::export::{About, Format};
+use armbridge_log::export::{self, About, Format, column};
 use armbridge_log::inspect::settings;
+use armbridge_log::recording::Row;
 use armbridge_log::run_info::RunFacts;
+use armbridge_log::simulation::TrueState;
 use armbridge_shared::link::message::{Guards, Mode, Record, Sample, Settings, Setup};
 use armbridge_sim::plant::{PlantConfig, Push};
 use armbridge_tests::paths;
@@ -78,6 +79,24 @@ fn records() -> Vec<Record> {
     records
 }
 
+/// A number for each true quantity.
+fn true_value(record: &Record, quantity: usize, joint: usize) -> f32 {
+    record.tick as f32 + 0.25 * quantity as f32 - 1e6 * joint as f32
+}
+
+/// True state of the tick; every third is not known.
+fn truth(record: &Record) -> Option<TrueState> {
+    let pair = |quantity| [0, 1].map(|joint| true_value(record, quantity, joint));
+    (!record.tick.is_multiple_of(3)).then(|| TrueState {
+        at_ns: record.start_us * 1_000,
+        angle_rad: pair(0),
+        speed_rad_s: pair(1),
+        torque_nm: pair(2),
+        friction_nm: pair(3),
+        push_nm: pair(4),
+    })
+}
+
 /// Writes a column as the bytes of its numbers, or as words.
 struct Expected<'a> {
     folder: PathBuf,
@@ -105,30 +124,33 @@ impl Expected<'_> {
     fn write(&self) {
         self.bytes("time_s", "f8", |r| (r.start_us as f64 / 1e6).to_le_bytes());
         self.bytes("tick", "u4", |r| r.tick.to_le_bytes());
-        self.words("mode", |r| enum_names::mode(r.mode).to_owned());
+        self.words("board_mode", |r| enum_names::mode(r.mode).to_owned());
         let fault = |r: &Record| enum_names::fault_of(r.mode).map_or("", enum_names::fault);
         self.words("fault", |r| fault(r).to_owned());
         self.words("guards", |r| enum_names::guards(r.guards));
-        self.reals(["q1_ref_rad", "q2_ref_rad"], |r| r.reference_rad);
-        self.reals(["dq1_ref_rad_s", "dq2_ref_rad_s"], |r| {
-            r.reference_speed_rad_s
+        self.reals(["reference_rad_1", "reference_rad_2"], |r| r.reference_rad);
+        self.reals(
+            ["reference_speed_rad_s_1", "reference_speed_rad_s_2"],
+            |r| r.reference_speed_rad_s,
+        );
+        self.reals(["angle_rad_1", "angle_rad_2"], |r| r.angle_rad);
+        self.reals(["speed_rad_s_1", "speed_rad_s_2"], |r| r.speed_rad_s);
+        self.reals(["torque_nm_1", "torque_nm_2"], |r| r.torque_nm);
+        self.reals(["disturbance_nm_1", "disturbance_nm_2"], |r| {
+            r.disturbance_nm
         });
-        self.reals(["q1_rad", "q2_rad"], |r| r.angle_rad);
-        self.reals(["dq1_rad_s", "dq2_rad_s"], |r| r.speed_rad_s);
-        self.reals(["torque1_nm", "torque2_nm"], |r| r.torque_nm);
-        self.reals(["disturbance1_nm", "disturbance2_nm"], |r| r.disturbance_nm);
         for joint in 0..2 {
-            let name = |before: &str, after: &str| format!("{before}{}{after}", joint + 1);
+            let name = |quantity: &str| format!("{quantity}_{}", joint + 1);
             // Missing: -1.
             let count = |r: &Record| r.samples[joint].counts().map_or(-1, i32::from);
-            self.bytes(&name("count", ""), "i4", |r| count(r).to_le_bytes());
+            self.bytes(&name("encoder_counts"), "i4", |r| count(r).to_le_bytes());
             let missing = |r: &Record| r.samples[joint].missing().map_or("", enum_names::missing);
-            self.words(&name("missing", ""), |r| missing(r).to_owned());
-            self.words(&name("alarms", ""), |r| enum_names::alarms(r.alarms[joint]));
+            self.words(&name("missing"), |r| missing(r).to_owned());
+            self.words(&name("alarms"), |r| enum_names::alarms(r.alarms[joint]));
             let in_force = |r: &Record| r.pwm_in_force[joint].to_le_bytes();
-            self.bytes(&name("pwm", "_in_force"), "u2", in_force);
+            self.bytes(&name("pwm_counts"), "u2", in_force);
             let next = |r: &Record| r.pwm_next[joint].to_le_bytes();
-            self.bytes(&name("pwm", "_next"), "u2", next);
+            self.bytes(&name("pwm_next_counts"), "u2", next);
         }
         self.bytes("start_error_us", "u4", |r| {
             r.timing.start_error_us.to_le_bytes()
@@ -137,6 +159,12 @@ impl Expected<'_> {
         self.bytes("compute_ns", "u4", |r| r.timing.compute_ns.to_le_bytes());
         self.bytes("missed_ticks", "u4", |r| r.timing.missed.to_le_bytes());
         self.bytes("dropped_records", "u4", |r| r.dropped.to_le_bytes());
+        for (i, quantity) in column::TRUE_QUANTITIES.iter().enumerate() {
+            for (joint, name) in quantity.columns.into_iter().enumerate() {
+                let value = |r: &Record| truth(r).map_or(f32::NAN, |_| true_value(r, i, joint));
+                self.bytes(name, "f4", |r| value(r).to_le_bytes());
+            }
+        }
     }
 }
 
@@ -146,12 +174,17 @@ fn export_all(folder: &Path, records: &[Record], settings: &Settings) {
         facts: &facts,
         settings: settings::list(settings),
         damage: &["the log breaks off".to_owned()],
+        has_true_states: true,
     };
     for format in [Format::Csv, Format::Parquet, Format::Mat] {
         let path = folder.join("run").with_extension(format.extension());
-        let records = || Ok(records.iter().copied());
-        let ticks = export::write(format, &path, &about, records).unwrap();
-        assert_eq!(ticks, records().map(Iterator::count).unwrap() as u64);
+        let row = |record: &Record| Row {
+            record: *record,
+            truth: truth(record),
+        };
+        let rows = || Ok(records.iter().map(row));
+        let ticks = export::write(format, &path, &about, rows).unwrap();
+        assert_eq!(ticks, records.len() as u64);
     }
 }
 
@@ -177,6 +210,6 @@ fn pyarrow_polars_and_scipy_read_every_column_bit_for_bit() {
     let stdout = String::from_utf8_lossy(&output.stdout);
     let failed = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{stdout}{failed}");
-    assert!(stdout.contains("32 columns"), "{stdout}");
+    assert!(stdout.contains("42 columns"), "{stdout}");
     print!("{stdout}");
 }

@@ -10,6 +10,8 @@ mod random_messages;
 mod raw;
 mod round_trip;
 mod schema;
+mod settings;
+mod simulation;
 
 use std::path::PathBuf;
 

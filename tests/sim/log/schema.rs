@@ -4,9 +4,11 @@
 //! After a change there, or of the version of `foxglove`: `UPDATE_SNAPSHOT=1 cargo test
 //! -p armbridge-tests --test sim schema`.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use armbridge_log::export::column::{Column, TELEMETRY_ONLY};
 use foxglove::Encode;
 use foxglove::messages::{FrameTransforms, JointStates, Log, SceneUpdate};
 use prost::Message;
@@ -56,6 +58,29 @@ fn what_is_checked_in_is_what_the_schema_says() {
         file.source_code_info = None;
     }
     check("armbridge.bin", &bare.encode_to_vec());
+}
+
+#[test]
+fn fields_are_the_columns_of_exported_files() {
+    let set = protox::compile(["armbridge.proto"], [log().join("proto")]).unwrap();
+    let fields = |message: &str| {
+        let mut messages = set.file.iter().flat_map(|file| &file.message_type);
+        let message = messages.find(|found| found.name() == message).unwrap();
+        let names = message.field.iter().map(|field| field.name().to_owned());
+        names.collect::<BTreeSet<String>>()
+    };
+    let names = |columns: Vec<Column>| {
+        let names = columns.iter().map(|column| column.name.to_owned());
+        names.collect::<BTreeSet<String>>()
+    };
+    let recorded = names(Column::all(false));
+    let only = TELEMETRY_ONLY.map(|[name, ..]| name.to_owned());
+    let telemetry: BTreeSet<String> = recorded.iter().cloned().chain(only).collect();
+    assert_eq!(fields("Telemetry"), telemetry);
+    let all = names(Column::all(true));
+    let keys = ["time_s", "tick"].map(str::to_owned);
+    let truth: BTreeSet<String> = all.difference(&recorded).cloned().chain(keys).collect();
+    assert_eq!(fields("SimulationState"), truth);
 }
 
 #[test]

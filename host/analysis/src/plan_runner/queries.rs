@@ -96,6 +96,11 @@ impl<K: RecordSink> PlanRunner<K> {
         &self.sink
     }
 
+    /// Mutable access to the sink.
+    pub fn sink_mut(&mut self) -> &mut K {
+        &mut self.sink
+    }
+
     /// The sink, by value.
     pub fn into_sink(self) -> K {
         self.sink

@@ -23,6 +23,7 @@ use std::time::Instant;
 use armbridge_client::Host;
 use armbridge_client::ctrl_c;
 use armbridge_client::enum_names;
+use armbridge_client::simulation::SimulationEvent;
 use armbridge_client::{LinkError, Tap};
 use armbridge_log::LogError;
 use armbridge_log::recorder::Recorder;
@@ -219,5 +220,13 @@ impl Host for RunHost {
     fn disconnected(&mut self, now_us: u64) {
         self.progress.set_message("the link broke; waiting for it");
         self.runner.disconnected(now_us);
+    }
+
+    fn takes_true_states(&self) -> bool {
+        self.runner.sink().takes_true_states()
+    }
+
+    fn simulated(&mut self, event: &SimulationEvent) {
+        self.runner.sink_mut().simulated(event);
     }
 }

@@ -4,6 +4,8 @@
 use std::path::Path;
 
 use armbridge_client::experiment_text;
+use armbridge_log::recording::Row;
+use armbridge_log::simulation::{SimulationEvent, StateQueue};
 use armbridge_log::summary::Tally;
 use armbridge_log::{CsvWriter, LogError};
 use armbridge_shared::link::experiment::Conclusion;
@@ -24,6 +26,8 @@ pub(super) struct RunStats {
     /// Texts on the ends of experiments.
     pub(super) conclusions: Vec<String>,
     csv: Option<CsvWriter>,
+    /// States of the simulated arm that wait for their record.
+    states: StateQueue,
     csv_error: Option<LogError>,
 }
 
@@ -74,9 +78,24 @@ impl RunStats {
             judge,
             plotted: DecimatedRecords::default(),
             conclusions: Vec::new(),
-            csv: csv.map(CsvWriter::create).transpose()?,
+            csv: csv.map(|path| CsvWriter::create(path, true)).transpose()?,
+            states: StateQueue::default(),
             csv_error: None,
         })
+    }
+
+    /// Whether the states of a simulated arm are wanted.
+    pub(super) fn takes_true_states(&self) -> bool {
+        self.csv.is_some()
+    }
+
+    /// Takes an event of the simulation behind the link.
+    pub(super) fn simulated(&mut self, event: &SimulationEvent) {
+        match event {
+            SimulationEvent::State(state) if self.csv.is_some() => self.states.push(*state),
+            SimulationEvent::State(_) => {}
+            SimulationEvent::Push(push) => self.tally.push(push),
+        }
     }
 
     /// Closes the CSV file; returns its first error.
@@ -93,12 +112,17 @@ impl RecordSink for RunStats {
         if let Some(judge) = &mut self.judge {
             judge.on_record(record);
         }
-        if let Some(csv) = &mut self.csv
-            && let Err(error) = csv.record(record)
-        {
-            // The run continues without the file.
-            self.csv_error = Some(error);
-            self.csv = None;
+        if let Some(csv) = &mut self.csv {
+            let truth = self.states.take(record.start_us);
+            let row = Row {
+                record: *record,
+                truth,
+            };
+            if let Err(error) = csv.row(&row) {
+                // The run continues without the file.
+                self.csv_error = Some(error);
+                self.csv = None;
+            }
         }
     }
 

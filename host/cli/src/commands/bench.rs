@@ -14,6 +14,7 @@ use armbridge_analysis::progress::Progress;
 use armbridge_client::{ctrl_c, stdio};
 use armbridge_log::CsvWriter;
 use armbridge_log::recorder::Recorder;
+use armbridge_log::recording::Row;
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
@@ -336,9 +337,9 @@ fn heading(args: &BenchArgs, trial: &Trial) -> String {
 
 /// Plots of a run, and its records as a table; its log has been written.
 fn write(folder: &Path, facts: &RunFacts, run: &Run) -> Result<(), Box<dyn std::error::Error>> {
-    let mut csv = CsvWriter::create(&folder.join("run.csv"))?;
+    let mut csv = CsvWriter::create(&folder.join("run.csv"), false)?;
     for record in &run.records {
-        csv.record(record)?;
+        csv.row(&Row::from(*record))?;
     }
     csv.finish()?;
     plot::draw_all(folder, facts, &run.records)?;

@@ -20,7 +20,7 @@ Examples:
   armbridge export mat run.mcap
 
 In Python:   pandas.read_parquet('run.parquet')
-In MATLAB:   load run.mat; plot(log.time_s, log.angle_rad)";
+In MATLAB:   load run.mat; plot(log.time_s, log.angle_rad_1)";
 
 /// A log to convert.
 #[derive(Args, Debug)]
@@ -56,8 +56,8 @@ pub(crate) fn run(args: &ExportArgs) -> Outcome {
     let out = out(args, &log, format)?;
     // Read to its end first: its damage is exported, too.
     let head = Head::read(&log, |_| ())?;
-    let records = || Ok(log::records(&log)?);
-    let ticks = export::write(format, &out, &head.about(), records)?;
+    let rows = || Ok(log::rows(&log)?);
+    let ticks = export::write(format, &out, &head.about(), rows)?;
     for damage in &head.damage {
         eprintln!("{}: {damage}", log.display());
     }

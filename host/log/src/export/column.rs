@@ -1,10 +1,12 @@
-//! Columns of a record: one table for every file format.
+//! Columns of a tick: one table for every file format, and for the fields of `/telemetry` and
+//! `/simulation/state` in a log. [`markdown`] is the same table in the book.
 //!
-//! A quantity is one column, or one for each joint; values are those of the
-//! [`Record`], to the bit. An enum or a set of bits is a word: an index into a list of
+//! A quantity is one column, or one for each joint, numbered from 1; values are those of the
+//! [`Record`] or of the [`TrueState`], to the bit. An enum or a set of bits is a word: an index into a list of
 //! [`Words`], whose first is empty for no value.
 
 use armbridge_client::enum_names;
+use armbridge_client::simulation::TrueState;
 use armbridge_shared::link::message::{Guards, Record};
 
 /// A quantity of every tick.
@@ -144,7 +146,7 @@ pub const QUANTITIES: [Quantity; 21] = quantities! {
     "tick" ["tick"] ""
         "number of the tick since boot; it jumps where records are missing"
         Values::U32(|r| r.tick);
-    "mode" ["mode"] ""
+    "board_mode" ["board_mode"] ""
         "mode of the board"
         Values::Word(Words::Modes, mode);
     "fault" ["fault"] ""
@@ -153,37 +155,37 @@ pub const QUANTITIES: [Quantity; 21] = quantities! {
     "guards" ["guards"] ""
         "limiters that changed the wanted torque"
         Values::Word(Words::Guards, |r, _| usize::from(r.guards.bits()) % GUARDS);
-    "reference_rad" ["q1_ref_rad", "q2_ref_rad"] "rad"
+    "reference_rad" ["reference_rad_1", "reference_rad_2"] "rad"
         "reference angle, at the next tick"
         Values::F32(|r, j| r.reference_rad[j]);
-    "reference_speed_rad_s" ["dq1_ref_rad_s", "dq2_ref_rad_s"] "rad/s"
+    "reference_speed_rad_s" ["reference_speed_rad_s_1", "reference_speed_rad_s_2"] "rad/s"
         "reference speed, at the next tick"
         Values::F32(|r, j| r.reference_speed_rad_s[j]);
-    "angle_rad" ["q1_rad", "q2_rad"] "rad"
+    "angle_rad" ["angle_rad_1", "angle_rad_2"] "rad"
         "estimated angle"
         Values::F32(|r, j| r.angle_rad[j]);
-    "speed_rad_s" ["dq1_rad_s", "dq2_rad_s"] "rad/s"
+    "speed_rad_s" ["speed_rad_s_1", "speed_rad_s_2"] "rad/s"
         "estimated speed"
         Values::F32(|r, j| r.speed_rad_s[j]);
-    "count" ["count1", "count2"] "encoder counts"
+    "encoder_counts" ["encoder_counts_1", "encoder_counts_2"] "encoder counts"
         "reading of the servo's encoder"
         Values::Sample(|r, j| r.samples[j].counts());
-    "missing" ["missing1", "missing2"] ""
+    "missing" ["missing_1", "missing_2"] ""
         "reason for a missing count"
         Values::Word(Words::Missing, missing);
-    "alarms" ["alarms1", "alarms2"] ""
+    "alarms" ["alarms_1", "alarms_2"] ""
         "alarms of a stock servo"
         Values::Word(Words::Alarms, |r, j| usize::from(r.alarms[j]) % ALARMS);
-    "torque_nm" ["torque1_nm", "torque2_nm"] "N m"
+    "torque_nm" ["torque_nm_1", "torque_nm_2"] "N m"
         "torque decided in this tick, without what is added against friction"
         Values::F32(|r, j| r.torque_nm[j]);
-    "disturbance_nm" ["disturbance1_nm", "disturbance2_nm"] "N m"
+    "disturbance_nm" ["disturbance_nm_1", "disturbance_nm_2"] "N m"
         "estimated disturbance torque"
         Values::F32(|r, j| r.disturbance_nm[j]);
-    "pwm_in_force" ["pwm1_in_force", "pwm2_in_force"] "PWM counts, 1000 is off"
+    "pwm_counts" ["pwm_counts_1", "pwm_counts_2"] "PWM counts, 1000 is off"
         "PWM sent at the start of this tick"
         Values::U16(|r, j| r.pwm_in_force[j]);
-    "pwm_next" ["pwm1_next", "pwm2_next"] "PWM counts, 1000 is off"
+    "pwm_next_counts" ["pwm_next_counts_1", "pwm_next_counts_2"] "PWM counts, 1000 is off"
         "PWM decided in this tick, sent in the next"
         Values::U16(|r, j| r.pwm_next[j]);
     "start_error_us" ["start_error_us"] "us"
@@ -202,3 +204,177 @@ pub const QUANTITIES: [Quantity; 21] = quantities! {
         "records dropped so far because the host did not fetch them in time"
         Values::U32(|r| r.dropped);
 };
+
+/// A quantity of a simulated arm that no board measures, one column for each joint.
+#[derive(Clone, Copy, Debug)]
+pub struct TrueQuantity {
+    /// Names of its columns.
+    pub columns: [&'static str; 2],
+    /// As `rad`, `N m`.
+    pub unit: &'static str,
+    /// Meaning, as a sentence without a full stop.
+    pub about: &'static str,
+    /// Values.
+    pub get: fn(&TrueState, usize) -> f32,
+}
+
+/// All quantities of a simulated arm.
+pub const TRUE_QUANTITIES: [TrueQuantity; 5] = [
+    TrueQuantity {
+        columns: ["true_angle_rad_1", "true_angle_rad_2"],
+        unit: "rad",
+        about: "true angle at the start of the tick",
+        get: |state, j| state.angle_rad[j],
+    },
+    TrueQuantity {
+        columns: ["true_speed_rad_s_1", "true_speed_rad_s_2"],
+        unit: "rad/s",
+        about: "true speed at the start of the tick",
+        get: |state, j| state.speed_rad_s[j],
+    },
+    TrueQuantity {
+        columns: ["true_torque_nm_1", "true_torque_nm_2"],
+        unit: "N m",
+        about: "true torque of the motor at the start of the tick",
+        get: |state, j| state.torque_nm[j],
+    },
+    TrueQuantity {
+        columns: ["true_friction_nm_1", "true_friction_nm_2"],
+        unit: "N m",
+        about: "torque of dry friction, with the sign of its effect",
+        get: |state, j| state.friction_nm[j],
+    },
+    TrueQuantity {
+        columns: ["true_push_nm_1", "true_push_nm_2"],
+        unit: "N m",
+        about: "torque of pushes",
+        get: |state, j| state.push_nm[j],
+    },
+];
+
+/// Fields of `/telemetry` that are no columns: name, unit and meaning.
+pub const TELEMETRY_ONLY: [[&str; 3]; 4] = [
+    [
+        "measured_rad_1",
+        "rad",
+        "angle of the sample, by the settings in force",
+    ],
+    [
+        "measured_rad_2",
+        "rad",
+        "angle of the sample, by the settings in force",
+    ],
+    ["host_ns", "ns", "when the host read the record"],
+    ["sequence", "", "number of its frame, modulo 65 536"],
+];
+
+/// A column of a file.
+#[derive(Clone, Copy, Debug)]
+pub struct Column {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Meaning, as a sentence without a full stop.
+    pub about: &'static str,
+    /// Its values.
+    pub cells: Cells,
+}
+
+/// Source of a column's values, with the index of the joint.
+#[derive(Clone, Copy, Debug)]
+pub enum Cells {
+    /// The record.
+    Record(Values, usize),
+    /// The true state, where it is known.
+    Truth(fn(&TrueState, usize) -> f32, usize),
+}
+
+impl Column {
+    /// All columns in order; those of a simulated arm only where its true states are known.
+    pub fn all(has_true_states: bool) -> Vec<Self> {
+        let recorded = QUANTITIES.iter().flat_map(|quantity| {
+            let names = quantity.columns.iter().enumerate();
+            names.map(|(joint, name)| Self {
+                name,
+                unit: quantity.unit,
+                about: quantity.about,
+                cells: Cells::Record(quantity.values, joint),
+            })
+        });
+        let truth = TRUE_QUANTITIES.iter().flat_map(|quantity| {
+            let names = quantity.columns.into_iter().enumerate();
+            names.map(|(joint, name)| Self {
+                name,
+                unit: quantity.unit,
+                about: quantity.about,
+                cells: Cells::Truth(quantity.get, joint),
+            })
+        });
+        recorded.chain(truth.filter(|_| has_true_states)).collect()
+    }
+}
+
+/// The columns as a table in Markdown, ending in a line feed.
+pub fn markdown() -> String {
+    let mut text = String::from("| column | unit | meaning |\n|---|---|---|\n");
+    let mut row = |names: &[&str], unit: &str, about: &str| {
+        let names: Vec<_> = names.iter().map(|name| format!("`{name}`")).collect();
+        text += &format!("| {} | {unit} | {about} |\n", names.join(", "));
+    };
+    for quantity in &QUANTITIES {
+        row(quantity.columns, quantity.unit, quantity.about);
+    }
+    for quantity in &TRUE_QUANTITIES {
+        let about = format!("simulated arm: {}", quantity.about);
+        row(&quantity.columns, quantity.unit, &about);
+    }
+    for [name, unit, about] in TELEMETRY_ONLY {
+        row(&[name], unit, &format!("MCAP only: {about}"));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_book_has_the_same_table() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../doc/src/logs.md");
+        let book = std::fs::read_to_string(path).unwrap();
+        let table = markdown();
+        let start = book.find(table.lines().next().unwrap()).unwrap();
+        let end = book[start..].find("\n\n").unwrap() + start + 1;
+        if std::env::var_os("UPDATE_SNAPSHOT").is_some() {
+            let book = format!("{}{table}{}", &book[..start], &book[end..]);
+            std::fs::write(path, book).unwrap();
+        } else {
+            assert_eq!(&book[start..end], table, "run again with UPDATE_SNAPSHOT=1");
+        }
+    }
+
+    #[test]
+    fn a_name_has_its_unit_and_stands_once() {
+        let columns = Column::all(true);
+        assert_eq!(columns.len(), 42);
+        let mut names: Vec<_> = columns.iter().map(|column| column.name).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), columns.len());
+        for Column { name, unit, .. } in columns {
+            let suffix = match unit {
+                "rad" => "_rad",
+                "rad/s" => "_rad_s",
+                "N m" => "_nm",
+                "s" => "_s",
+                "us" => "_us",
+                "ns" => "_ns",
+                "encoder counts" | "PWM counts, 1000 is off" => "_counts",
+                _ => continue,
+            };
+            let quantity = name.trim_end_matches("_1").trim_end_matches("_2");
+            assert!(quantity.ends_with(suffix), "{name} in {unit}");
+        }
+    }
+}

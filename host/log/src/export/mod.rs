@@ -19,11 +19,9 @@ pub mod parquet;
 
 use std::path::{Path, PathBuf};
 
-use armbridge_shared::link::message::Record;
-
 use crate::LogError;
 use crate::inspect::settings::Setting;
-use crate::recording::ReadError;
+use crate::recording::{ReadError, Row};
 use crate::run_info::RunFacts;
 
 /// Formats to choose from.
@@ -57,6 +55,8 @@ pub struct About<'a> {
     pub settings: Vec<Setting>,
     /// Damage of the log, each in one sentence.
     pub damage: &'a [String],
+    /// The ticks have true states of a simulated arm.
+    pub has_true_states: bool,
 }
 
 impl About<'_> {
@@ -131,23 +131,23 @@ pub enum ExportError {
     },
 }
 
-/// Writes a log to a file; each call of `records` iterates over its ticks.
+/// Writes a log to a file; each call of `rows` iterates over its ticks.
 /// Returns their number.
 ///
 /// # Errors
 /// If the log cannot be read or the file cannot be written.
-pub fn write<I: Iterator<Item = Record>>(
+pub fn write<I: Iterator<Item = Row>>(
     format: Format,
     path: &Path,
     about: &About<'_>,
-    records: impl Fn() -> Result<I, ExportError>,
+    rows: impl Fn() -> Result<I, ExportError>,
 ) -> Result<u64, ExportError> {
     match format {
-        Format::Csv => csv::write(path, records()?),
+        Format::Csv => csv::write(path, about.has_true_states, rows()?),
         #[cfg(feature = "parquet")]
-        Format::Parquet => parquet::write(path, about, records()?),
+        Format::Parquet => parquet::write(path, about, rows()?),
         #[cfg(not(feature = "parquet"))]
         Format::Parquet => Err(ExportError::NoParquet),
-        Format::Mat => mat::write(path, about, records),
+        Format::Mat => mat::write(path, about, rows),
     }
 }

@@ -11,7 +11,6 @@ use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
-use armbridge_shared::link::message::Record;
 use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, FloatType, Int32Type};
 use parquet::errors::ParquetError;
@@ -20,8 +19,9 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{ColumnPath, Type};
 
-use super::column::{QUANTITIES, Quantity, Values};
+use super::column::{Cells, Column, Values};
 use super::{About, ExportError};
+use crate::recording::Row;
 
 /// Rows of a group: two minutes at 1 kHz.
 const ROWS: usize = 1 << 17;
@@ -33,7 +33,7 @@ const ROWS: usize = 1 << 17;
 pub fn write(
     path: &Path,
     about: &About<'_>,
-    mut records: impl Iterator<Item = Record>,
+    mut rows: impl Iterator<Item = Row>,
 ) -> Result<u64, ExportError> {
     let failed = |source| ExportError::Parquet {
         path: path.to_path_buf(),
@@ -43,53 +43,55 @@ pub fn write(
         path: path.to_path_buf(),
         source,
     })?;
-    let mut writer = schema()
+    let columns = Column::all(about.has_true_states);
+    let mut writer = schema(&columns)
         .and_then(|schema| {
-            SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties(about)))
+            SerializedFileWriter::new(
+                file,
+                Arc::new(schema),
+                Arc::new(properties(about, &columns)),
+            )
         })
         .map_err(failed)?;
     let mut ticks = 0;
     loop {
-        let rows: Vec<Record> = records.by_ref().take(ROWS).collect();
-        if rows.is_empty() {
+        let group: Vec<Row> = rows.by_ref().take(ROWS).collect();
+        if group.is_empty() {
             break;
         }
-        ticks += rows.len() as u64;
-        write_group(&mut writer, &rows).map_err(failed)?;
+        ticks += group.len() as u64;
+        write_group(&mut writer, &columns, &group).map_err(failed)?;
     }
     writer.close().map_err(failed)?;
     Ok(ticks)
 }
 
 /// The columns in order.
-fn schema() -> Result<Type, ParquetError> {
-    let columns = QUANTITIES
+fn schema(columns: &[Column]) -> Result<Type, ParquetError> {
+    let fields = columns
         .iter()
-        .flat_map(|quantity| {
-            quantity
-                .columns
-                .iter()
-                .map(|name| field(name, quantity.values))
-        })
-        .map(|field| field.map(Arc::new));
+        .map(|column| field(column.name, column.cells).map(Arc::new));
     Type::group_type_builder("tick")
-        .with_fields(columns.collect::<Result<_, _>>()?)
+        .with_fields(fields.collect::<Result<_, _>>()?)
         .build()
 }
 
-fn field(name: &str, values: Values) -> Result<Type, ParquetError> {
+fn field(name: &str, cells: Cells) -> Result<Type, ParquetError> {
     let unsigned = |bits| Some(LogicalType::integer(bits, false));
-    let (physical, logical, optional) = match values {
-        Values::F64(_) => (Physical::DOUBLE, None, false),
-        Values::F32(_) => (Physical::FLOAT, None, false),
-        Values::U32(_) => (Physical::INT32, unsigned(32), false),
-        Values::U16(_) => (Physical::INT32, unsigned(16), false),
-        Values::Sample(_) => (Physical::INT32, unsigned(16), true),
-        Values::Word(words, _) => (
-            Physical::BYTE_ARRAY,
-            Some(LogicalType::String),
-            words.may_be_empty(),
-        ),
+    let (physical, logical, optional) = match cells {
+        Cells::Truth(..) => (Physical::FLOAT, None, true),
+        Cells::Record(values, _) => match values {
+            Values::F64(_) => (Physical::DOUBLE, None, false),
+            Values::F32(_) => (Physical::FLOAT, None, false),
+            Values::U32(_) => (Physical::INT32, unsigned(32), false),
+            Values::U16(_) => (Physical::INT32, unsigned(16), false),
+            Values::Sample(_) => (Physical::INT32, unsigned(16), true),
+            Values::Word(words, _) => (
+                Physical::BYTE_ARRAY,
+                Some(LogicalType::String),
+                words.may_be_empty(),
+            ),
+        },
     };
     Type::primitive_type_builder(name, physical)
         .with_logical_type(logical)
@@ -101,11 +103,12 @@ fn field(name: &str, values: Values) -> Result<Type, ParquetError> {
         .build()
 }
 
-fn properties(about: &About<'_>) -> WriterProperties {
-    let by_column = |text: fn(&Quantity) -> &'static str| {
-        let columns = QUANTITIES.iter();
-        let texts = columns.flat_map(|q| q.columns.iter().map(move |name| (*name, text(q).into())));
-        serde_json::Value::Object(texts.map(|(name, text)| (name.to_owned(), text)).collect())
+fn properties(about: &About<'_>, columns: &[Column]) -> WriterProperties {
+    let by_column = |text: fn(&Column) -> &'static str| {
+        let texts = columns
+            .iter()
+            .map(|column| (column.name.to_owned(), text(column).into()));
+        serde_json::Value::Object(texts.collect())
     };
     let pairs = [
         ("run", about.title()),
@@ -119,37 +122,36 @@ fn properties(about: &About<'_>) -> WriterProperties {
         .set_created_by(format!("armbridge {}", env!("CARGO_PKG_VERSION")))
         .set_compression(Compression::SNAPPY)
         .set_key_value_metadata(Some(metadata.into()));
-    for quantity in &QUANTITIES {
-        let encoding = match quantity.values {
+    for column in columns {
+        let encoding = match column.cells {
             // The bytes of reals compress well when bytes of equal place are adjacent.
-            Values::F64(_) | Values::F32(_) => Encoding::BYTE_STREAM_SPLIT,
+            Cells::Truth(..) | Cells::Record(Values::F64(_) | Values::F32(_), _) => {
+                Encoding::BYTE_STREAM_SPLIT
+            }
             // Counters go up by little.
-            Values::U32(_) => Encoding::DELTA_BINARY_PACKED,
+            Cells::Record(Values::U32(_), _) => Encoding::DELTA_BINARY_PACKED,
             // Few different values: a dictionary.
-            Values::U16(_) | Values::Sample(_) | Values::Word(..) => continue,
+            Cells::Record(Values::U16(_) | Values::Sample(_) | Values::Word(..), _) => continue,
         };
-        for name in quantity.columns {
-            let column = ColumnPath::from(*name);
-            properties = properties
-                .set_column_dictionary_enabled(column.clone(), false)
-                .set_column_encoding(column, encoding);
-        }
+        let path = ColumnPath::from(column.name);
+        properties = properties
+            .set_column_dictionary_enabled(path.clone(), false)
+            .set_column_encoding(path, encoding);
     }
     properties.build()
 }
 
 fn write_group(
     writer: &mut SerializedFileWriter<File>,
-    rows: &[Record],
+    columns: &[Column],
+    rows: &[Row],
 ) -> Result<(), ParquetError> {
     let mut group = writer.next_row_group()?;
-    for quantity in &QUANTITIES {
-        for joint in 0..quantity.columns.len() {
-            // The schema has a column for each of these, in this order.
-            if let Some(mut column) = group.next_column()? {
-                write_column(&mut column, rows, quantity.values, joint)?;
-                column.close()?;
-            }
+    for column in columns {
+        // The schema has a column for each of these, in this order.
+        if let Some(mut written) = group.next_column()? {
+            write_column(&mut written, rows, column.cells)?;
+            written.close()?;
         }
     }
     group.close()?;
@@ -158,11 +160,20 @@ fn write_group(
 
 fn write_column(
     column: &mut SerializedColumnWriter<'_>,
-    rows: &[Record],
-    values: Values,
-    joint: usize,
+    rows: &[Row],
+    cells: Cells,
 ) -> Result<usize, ParquetError> {
-    let rows = rows.iter();
+    let (values, joint) = match cells {
+        Cells::Record(values, joint) => (values, joint),
+        Cells::Truth(get, joint) => {
+            let truths = rows.iter().map(|row| row.truth);
+            let levels: Vec<i16> = truths.clone().map(|truth| truth.is_some().into()).collect();
+            let values: Vec<f32> = truths.flatten().map(|truth| get(&truth, joint)).collect();
+            let column = column.typed::<FloatType>();
+            return column.write_batch(&values, Some(&levels), None);
+        }
+    };
+    let rows = rows.iter().map(|row| &row.record);
     match values {
         Values::F64(get) => {
             let values: Vec<f64> = rows.map(get).collect();

@@ -8,6 +8,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use armbridge_client::event::{Event, EventKind};
+use armbridge_client::simulation::Push;
 use armbridge_shared::link::message::{
     Command, Moment, Record, Refusal, Settings, ToBoard, ToHost,
 };
@@ -16,7 +17,7 @@ use mcap::records::op;
 use super::settings;
 use crate::export::About;
 use crate::limits::{METADATA_BYTES, TOPICS};
-use crate::recording::{ReadError, Reader};
+use crate::recording::{ReadError, Reader, Rows};
 use crate::records::{Next, Records, parse};
 use crate::run_info::RunFacts;
 
@@ -29,6 +30,8 @@ pub struct Log {
     pub records: Vec<Record>,
     /// Commands of the host.
     pub commands: Vec<SentCommand>,
+    /// Pushes on a simulated arm, in the order of their start, on the board's clock.
+    pub pushes: Vec<Push>,
 }
 
 /// Metadata of a log.
@@ -36,15 +39,17 @@ pub struct Log {
 pub struct Head {
     /// Path of the log.
     pub path: PathBuf,
-    /// Facts from the start of the run.
+    /// Facts of the run, with the settings.
     pub facts: RunFacts,
-    /// Settings in force when the arm was first driven, or at the end if it never was; none
-    /// if the log has none.
+    /// Settings in force when the motors were first driven, or at the end if they never were;
+    /// none if the log has none.
     pub settings: Option<Settings>,
     /// Damage of the file, each in one sentence; empty for an intact one.
     pub damage: Vec<String>,
     /// Metadata by name and key.
     pub metadata: BTreeMap<String, BTreeMap<String, String>>,
+    /// It has true states of a simulated arm.
+    pub has_true_states: bool,
 }
 
 /// A command, with all its repetitions.
@@ -137,7 +142,7 @@ impl Log {
     /// When nothing can be read.
     pub fn load(path: &Path) -> Result<Self, ReadError> {
         let (mut commands, mut records) = (CommandCollector::default(), Vec::new());
-        let head = Head::read(path, |event| {
+        let (head, pushes) = Head::read_with_pushes(path, |event| {
             commands.take(event);
             records.extend(event.record());
         })?;
@@ -145,6 +150,7 @@ impl Log {
             head,
             records,
             commands: commands.into_commands(),
+            pushes,
         })
     }
 
@@ -160,28 +166,25 @@ impl Head {
     ///
     /// # Errors
     /// When nothing can be read.
-    pub fn read(path: &Path, mut on_event: impl FnMut(&Event)) -> Result<Self, ReadError> {
+    pub fn read(path: &Path, on_event: impl FnMut(&Event)) -> Result<Self, ReadError> {
+        Ok(Self::read_with_pushes(path, on_event)?.0)
+    }
+
+    fn read_with_pushes(
+        path: &Path,
+        mut on_event: impl FnMut(&Event),
+    ) -> Result<(Self, Vec<Push>), ReadError> {
         let mut reader = Reader::open(path)?;
-        let (mut settings, mut is_driven) = (None, false);
-        for event in reader.by_ref() {
-            match event.kind {
-                EventKind::Received(_, ToHost::Settings(reported)) if !is_driven => {
-                    settings = Some(reported);
-                }
-                EventKind::Received(_, ToHost::Record(record)) => {
-                    is_driven |= record.mode.drive().is_some();
-                }
-                _ => {}
-            }
-            on_event(&event);
-        }
-        Ok(Self {
+        reader.by_ref().for_each(|event| on_event(&event));
+        let head = Self {
             path: path.to_path_buf(),
             facts: reader.facts().clone(),
-            settings: settings.or_else(|| reader.last_settings()),
+            settings: reader.settings().copied(),
             damage: reader.damage().to_vec(),
             metadata: reader.metadata().clone(),
-        })
+            has_true_states: reader.has_true_states(),
+        };
+        Ok((head, reader.pushes().to_vec()))
     }
 
     /// Description for an exported file.
@@ -190,6 +193,7 @@ impl Head {
             facts: &self.facts,
             settings: self.settings.as_ref().map_or_else(Vec::new, settings::list),
             damage: &self.damage,
+            has_true_states: self.has_true_states,
         }
     }
 }
@@ -198,8 +202,8 @@ impl Head {
 ///
 /// # Errors
 /// When nothing can be read.
-pub fn records(path: &Path) -> Result<impl Iterator<Item = Record> + use<>, ReadError> {
-    Ok(Reader::open(path)?.filter_map(|event| event.record()))
+pub fn rows(path: &Path) -> Result<Rows, ReadError> {
+    Ok(Reader::open(path)?.rows())
 }
 
 /// Topics of a log and their message counts, by the index at its end; empty

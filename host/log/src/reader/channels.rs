@@ -8,7 +8,7 @@ use crate::records::{parse, split};
 use crate::topics::Topic;
 
 impl Reader {
-    /// Reads up to the channels of the topics, which precede all messages.
+    /// Reads up to the channels of a link's topics, which precede all messages.
     pub(super) fn find_channels(&mut self) -> Result<(), String> {
         while self.channels.is_empty() {
             if !self.load_chunk().map_err(|error| error.to_string())? {
@@ -29,7 +29,7 @@ impl Reader {
         Ok(())
     }
 
-    fn register_channel(&mut self, body: &[u8]) -> Result<(), String> {
+    pub(super) fn register_channel(&mut self, body: &[u8]) -> Result<(), String> {
         let Some(Record::Channel(channel)) = parse(op::CHANNEL, body) else {
             return Ok(());
         };

@@ -3,6 +3,7 @@
 
 use std::error::Error;
 
+use armbridge_client::simulation::SimulationEvent;
 use armbridge_client::tap::Tapped;
 use armbridge_client::{Host, LinkError};
 
@@ -76,5 +77,13 @@ impl<H: Host> Host for Paced<H> {
 
     fn is_done(&self) -> bool {
         self.host.is_done()
+    }
+
+    fn takes_true_states(&self) -> bool {
+        self.host.takes_true_states()
+    }
+
+    fn simulated(&mut self, event: &SimulationEvent) {
+        self.host.simulated(event);
     }
 }

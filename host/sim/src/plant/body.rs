@@ -164,6 +164,29 @@ impl Body {
         copy.state
     }
 
+    /// The same, and the torque of dry friction in N m; that of a joint at rest is the one
+    /// that keeps it there.
+    pub fn state_and_friction(&self, at_ns: u64) -> (State<f64>, Vector2<f64>) {
+        let mut copy = *self;
+        copy.advance(at_ns);
+        copy.step(at_ns);
+        copy.break_away();
+        let free = copy.arm.acceleration(&copy.state, copy.torque_nm);
+        let acceleration = copy.derivative(&copy.state).dq;
+        let reaction_nm = copy.arm.mass(copy.state.q) * (acceleration - free);
+        // The rest of it is that of an end stop.
+        let friction_nm = Vector2::from_fn(|joint, _| {
+            let Friction {
+                coulomb_nm,
+                static_nm,
+                ..
+            } = copy.friction[joint];
+            let most_nm = static_nm.max(coulomb_nm);
+            reaction_nm[joint].clamp(-most_nm, most_nm)
+        });
+        (copy.state, friction_nm)
+    }
+
     /// The joint torque from `at_ns` on.
     pub fn set_torque(&mut self, at_ns: u64, torque_nm: Vector2<f64>) {
         if torque_nm != self.torque_nm {

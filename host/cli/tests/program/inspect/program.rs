@@ -28,6 +28,29 @@ fn json(folder: &Path, args: &[&str], code: i32) -> Value {
 }
 
 #[test]
+fn the_settings_that_ran_are_those_of_the_log() {
+    let folder = folder("in_force");
+    let scenario = "title = \"t\"\ncontrol = \"paper\"\n[[step]]\nat_s = 0\n\
+                    regulate_rad = [0, 0]\n[stop]\nafter_s = 1\n";
+    fs::write(folder.join("mine.toml"), scenario).unwrap();
+    let run = ["run", "mine.toml", "--set", "setup.period_us=2000"];
+    printed(&folder, &run, 0);
+    let info = json(&folder, &["info", "--json"], 0);
+    assert_eq!(info["run"]["period_us"], 2000);
+    let text = printed(&folder, &["info"], 0);
+    assert!(text.contains("period 2000 µs"), "{text}");
+    let settings = info["settings"].as_array().unwrap();
+    let period = settings.iter().find(|s| s["key"] == "setup.period_us");
+    assert_eq!(period.unwrap()["values"][1], 2000);
+    // The simulation's truth is in the log, and in its table.
+    assert_eq!(info["topics"]["/simulation/state"], info["ticks"]);
+    printed(&folder, &["export", "csv", "--out", "run.csv"], 0);
+    let csv = fs::read_to_string(folder.join("run.csv")).unwrap();
+    assert!(csv.lines().next().unwrap().contains("true_angle_rad_1"));
+    assert!(!csv.lines().last().unwrap().contains(",,,,"), "{csv}");
+}
+
+#[test]
 fn a_log_is_told_drawn_and_exported() {
     let folder = folder("whole");
     let run = folder.join("runs/2026-01-01T00-00-00Z-test");
@@ -174,7 +197,10 @@ fn the_same_seed_is_the_same_and_another_is_not() {
     let unmatched: Vec<u64> = serde_json::from_value(seeds["unmatched"].clone()).unwrap();
     assert!(unmatched.iter().all(|count| *count <= 1), "{unmatched:?}");
     let angle = seeds["quantities"].as_array().unwrap().iter();
-    let angle = angle.clone().find(|q| q["column"] == "q1_rad").unwrap();
+    let angle = angle
+        .clone()
+        .find(|q| q["column"] == "angle_rad_1")
+        .unwrap();
     let (max, rms) = (
         angle["max"].as_f64().unwrap(),
         angle["rms"].as_f64().unwrap(),
@@ -187,7 +213,7 @@ fn the_same_seed_is_the_same_and_another_is_not() {
         "controller.q",
         "30.0",
         "60.0",
-        "torque1_nm",
+        "torque_nm_1",
     ] {
         assert!(text.contains(words), "no {words:?} in\n{text}");
     }

@@ -2,14 +2,14 @@
 //!
 //! | variable   | contents                                                          |
 //! |------------|-------------------------------------------------------------------|
-//! | `log`      | struct: `time_s`, `tick`, `angle_rad` ...; a row for each tick, a column for each joint |
+//! | `log`      | struct: `time_s`, `tick`, `angle_rad_1` ...; a row for each tick     |
 //! | `units`    | struct: the unit of each of these fields                           |
 //! | `columns`  | struct: meaning of each of these fields                           |
-//! | `words`    | struct of cells: `words.mode{log.mode(k)}` is the mode of row `k`  |
+//! | `words`    | struct of cells: `words.board_mode{log.board_mode(k)}` is the mode of row `k` |
 //! | `settings` | struct: the board's, nested at the dots of their names             |
 //! | `about`    | text: description of the run, and of this file                    |
 //!
-//! A missing count is NaN; nothing is interpolated, and `log.tick` jumps where
+//! Fields are the columns of `run.csv`. A missing count or true state is NaN; nothing is interpolated, and `log.tick` jumps where
 //! records are missing. The ticks are read twice, to count them and to write them,
 //! so that memory does not grow with the run.
 
@@ -19,28 +19,29 @@ use std::fs::File;
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use armbridge_shared::link::message::Record;
 use toml::Value;
 
-use super::column::{QUANTITIES, Quantity, Values, Words};
+use super::column::{Cells, Column, Values, Words};
 use super::{About, ExportError};
 use crate::inspect::settings::Setting;
+use crate::recording::Row;
 use level5::{Array, MOST_BYTES, Number, Output};
 
 /// Rows that are buffered.
 const ROWS: usize = 1 << 16;
 
-/// Writes the file; each call of `records` iterates over the ticks.
+/// Writes the file; each call of `rows` iterates over the ticks.
 ///
 /// # Errors
 /// If it cannot be written, or has more ticks than the format can hold.
-pub fn write<I: Iterator<Item = Record>>(
+pub fn write<I: Iterator<Item = Row>>(
     path: &Path,
     about: &About<'_>,
-    records: impl Fn() -> Result<I, ExportError>,
+    rows: impl Fn() -> Result<I, ExportError>,
 ) -> Result<u64, ExportError> {
-    let ticks = records()?.count();
-    let log = log(ticks);
+    let columns = Column::all(about.has_true_states);
+    let ticks = rows()?.count();
+    let log = log(&columns, ticks);
     if log.bytes("log") > MOST_BYTES {
         return Err(ExportError::TooLong {
             path: path.to_path_buf(),
@@ -52,33 +53,35 @@ pub fn write<I: Iterator<Item = Record>>(
         source,
     };
     let mut file = BufWriter::new(File::create(path).map_err(failed)?);
-    let rooms = frame(&mut file, about, &log).map_err(failed)?;
-    fill(&mut file, &rooms, ticks, records()?).map_err(failed)?;
+    let rooms = frame(&mut file, about, &columns, &log).map_err(failed)?;
+    fill(&mut file, &columns, &rooms, ticks, rows()?).map_err(failed)?;
     Ok(ticks as u64)
 }
 
 /// Writes everything but the numbers of the ticks; returns their places.
-fn frame(file: &mut impl Write, about: &About<'_>, log: &Array) -> std::io::Result<Vec<u64>> {
+fn frame(
+    file: &mut impl Write,
+    about: &About<'_>,
+    columns: &[Column],
+    log: &Array,
+) -> std::io::Result<Vec<u64>> {
     let mut rooms = Vec::new();
     let mut out = Output::begin(file, &about.title())?;
     log.write("log", &mut out, &mut rooms)?;
-    let of_each = |text: fn(&Quantity) -> &'static str| {
-        let fields = QUANTITIES.iter();
-        Array::Struct(
-            fields
-                .map(|q| (q.name.to_owned(), Array::Text(text(q).to_owned())))
-                .collect(),
-        )
+    let of_each = |text: fn(&Column) -> &'static str| {
+        let fields = columns.iter();
+        let field = |column: &Column| (column.name.to_owned(), Array::Text(text(column).into()));
+        Array::Struct(fields.map(field).collect())
     };
     of_each(|q| q.unit).write("units", &mut out, &mut rooms)?;
     of_each(|q| q.about).write("columns", &mut out, &mut rooms)?;
-    words().write("words", &mut out, &mut rooms)?;
+    words(columns).write("words", &mut out, &mut rooms)?;
     settings(&about.settings).write("settings", &mut out, &mut rooms)?;
     let text = format!(
-        "{}\nRows are ticks, columns are joints; units and columns describe each field get log. \
-         words.mode{{log.mode(k)}} is the mode get row k, and so for fault, guards, missing and \
-         alarms. Nothing is interpolated: a missing count is NaN, and tick jumps where records \
-         are missing.{}",
+        "{}\nRows are ticks; units and columns describe each field of log. \
+         words.board_mode{{log.board_mode(k)}} is the mode of row k, and so for fault, guards, \
+         missing and alarms. Nothing is interpolated: a missing count is NaN, and tick jumps \
+         where records are missing.{}",
         about.title(),
         about.damage_in_words()
     );
@@ -87,19 +90,22 @@ fn frame(file: &mut impl Write, about: &About<'_>, log: &Array) -> std::io::Resu
 }
 
 /// The struct with room for this many ticks.
-fn log(ticks: usize) -> Array {
-    let fields = QUANTITIES.iter().map(|quantity| {
+fn log(columns: &[Column], ticks: usize) -> Array {
+    let fields = columns.iter().map(|column| {
         let room = Array::Reserved {
-            number: number(quantity.values),
+            number: number(column.cells),
             rows: ticks,
-            columns: quantity.columns.len(),
+            columns: 1,
         };
-        (quantity.name.to_owned(), room)
+        (column.name.to_owned(), room)
     });
     Array::Struct(fields.collect())
 }
 
-fn number(values: Values) -> Number {
+fn number(cells: Cells) -> Number {
+    let Cells::Record(values, _) = cells else {
+        return Number::Single;
+    };
     match values {
         Values::F64(_) => Number::Double,
         // Counts to 1023 are exact, and a missing one can be NaN.
@@ -110,17 +116,11 @@ fn number(values: Values) -> Number {
     }
 }
 
-fn words() -> Array {
-    let lists = QUANTITIES
-        .iter()
-        .filter_map(|quantity| match quantity.values {
-            Values::Word(words, _) => Some((quantity.name.to_owned(), cells(words))),
-            Values::F64(_)
-            | Values::F32(_)
-            | Values::U32(_)
-            | Values::U16(_)
-            | Values::Sample(_) => None,
-        });
+fn words(columns: &[Column]) -> Array {
+    let lists = columns.iter().filter_map(|column| match column.cells {
+        Cells::Record(Values::Word(words, _), _) => Some((column.name.to_owned(), cells(words))),
+        Cells::Record(..) | Cells::Truth(..) => None,
+    });
     Array::Struct(lists.collect())
 }
 
@@ -178,35 +178,41 @@ fn row(value: &Value) -> Vec<f64> {
 /// Writes every tick to its place.
 fn fill(
     file: &mut (impl Write + Seek),
+    columns: &[Column],
     rooms: &[u64],
     ticks: usize,
-    records: impl Iterator<Item = Record>,
+    rows: impl Iterator<Item = Row>,
 ) -> std::io::Result<()> {
     // Ticks beyond the counted ones have no room.
-    let mut records = records.take(ticks);
+    let mut rows = rows.take(ticks);
     let mut done = 0;
     let mut bytes = Vec::new();
     loop {
-        let rows: Vec<Record> = records.by_ref().take(ROWS).collect();
+        let rows: Vec<Row> = rows.by_ref().take(ROWS).collect();
         if rows.is_empty() {
             return file.flush();
         }
-        for (quantity, room) in QUANTITIES.iter().zip(rooms) {
-            let size = number(quantity.values).size();
-            for column in 0..quantity.columns.len() {
-                bytes.clear();
-                column_bytes(&mut bytes, &rows, quantity.values, column);
-                let at = room + (size * (column * ticks + done)) as u64;
-                file.seek(SeekFrom::Start(at))?;
-                file.write_all(&bytes)?;
-            }
+        for (column, room) in columns.iter().zip(rooms) {
+            bytes.clear();
+            column_bytes(&mut bytes, &rows, column.cells);
+            let at = room + (number(column.cells).size() * done) as u64;
+            file.seek(SeekFrom::Start(at))?;
+            file.write_all(&bytes)?;
         }
         done += rows.len();
     }
 }
 
-fn column_bytes(bytes: &mut Vec<u8>, rows: &[Record], values: Values, joint: usize) {
-    let rows = rows.iter();
+fn column_bytes(bytes: &mut Vec<u8>, rows: &[Row], cells: Cells) {
+    let (values, joint) = match cells {
+        Cells::Record(values, joint) => (values, joint),
+        Cells::Truth(get, joint) => {
+            let value = |row: &Row| row.truth.map_or(f32::NAN, |truth| get(&truth, joint));
+            bytes.extend(rows.iter().flat_map(|row| value(row).to_le_bytes()));
+            return;
+        }
+    };
+    let rows = rows.iter().map(|row| &row.record);
     match values {
         Values::F64(get) => bytes.extend(rows.flat_map(|row| get(row).to_le_bytes())),
         Values::F32(get) => bytes.extend(rows.flat_map(|row| get(row, joint).to_le_bytes())),

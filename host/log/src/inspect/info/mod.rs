@@ -30,7 +30,7 @@ pub struct Info {
     pub size_bytes: u64,
     /// Damage of the file, each in one sentence; empty for an intact one.
     pub damage: Vec<String>,
-    /// Facts from the start of the run.
+    /// Facts of the run, with the settings in force when the motors were first driven.
     pub run: RunFacts,
     /// Other metadata, by group and name.
     pub metadata: BTreeMap<String, BTreeMap<String, String>>,
