@@ -369,7 +369,11 @@ mod tests {
         }
     }
 
-    fn problem<R, J>(x: &[f64], residuals: R, jacobian: J) -> Functions<R, J> {
+    fn problem<R, J>(x: &[f64], residuals: R, jacobian: J) -> Functions<R, J>
+    where
+        R: Fn(&DVector<f64>) -> Vec<f64>,
+        J: Fn(&DVector<f64>) -> Vec<f64>,
+    {
         let x = DVector::from_column_slice(x);
         Functions {
             x,

@@ -103,10 +103,7 @@ fn torques_on_the_arm_are_told_apart() {
     for truth in rows.iter().filter_map(|row| row.truth) {
         for (j, static_nm) in static_nm.into_iter().enumerate() {
             let (speed, torque_nm) = (truth.speed_rad_s[j], truth.friction_nm[j]);
-            assert!(
-                f64::from(torque_nm.abs()) <= static_nm + 1e-6,
-                "{truth:?}"
-            );
+            assert!(f64::from(torque_nm.abs()) <= static_nm + 1e-6, "{truth:?}");
             // Friction acts against the motion.
             assert!(torque_nm * speed <= 0.0, "{truth:?}");
         }

@@ -9,7 +9,7 @@
 
 use std::fmt::{Result, Write};
 
-use super::{JointSummary, SETTLED_RAD, SegmentSummary, ServoSummary, Spread, Summary};
+use super::{SETTLED_RAD, SegmentSummary, ServoSummary, Spread, Summary};
 use crate::text_table;
 
 /// Setpoints that fit on a screen.
@@ -69,8 +69,8 @@ impl Summary {
                 format!("{start_s:.1} s"),
                 first.reference_rad,
                 second.reference_rad,
-                settled(first),
-                settled(second),
+                seconds_or_never(first.settling_time_s),
+                seconds_or_never(second.settling_time_s),
                 first.steady_state_error_mrad.abs(),
                 second.steady_state_error_mrad.abs(),
             )?;
@@ -82,7 +82,31 @@ impl Summary {
         Ok(())
     }
 
-    fn write_pushes(&self, _out: &mut String) -> Result {
+    fn write_pushes(&self, out: &mut String) -> Result {
+        if self.pushes.is_empty() {
+            return Ok(());
+        }
+        writeln!(
+            out,
+            " {:<9}{:<18}{:<24}pushed off by",
+            "push",
+            "joint, torque",
+            format!("within {:.0} mrad after", SETTLED_RAD * 1e3)
+        )?;
+        let shown = self.pushes.len().min(SEGMENTS_SHOWN);
+        for push in &self.pushes[..shown] {
+            writeln!(
+                out,
+                " {:<9}{:<18}{:<24}{:>5.1} mrad",
+                format!("{:.1} s", push.start_s),
+                format!("{}, {:+.2} N m", push.joint, push.torque_nm),
+                seconds_or_never(push.recovered_s),
+                push.peak_error_mrad
+            )?;
+        }
+        if self.pushes.len() > shown {
+            writeln!(out, " ... and {} pushes more", self.pushes.len() - shown)?;
+        }
         Ok(())
     }
 
@@ -213,10 +237,9 @@ fn text(write: impl FnOnce(&mut String) -> Result) -> String {
     text
 }
 
-/// Settling time, or a dash for a joint that does not settle.
-fn settled(joint: &JointSummary) -> String {
-    let settled = joint.settling_time_s;
-    settled.map_or("never".into(), |s| format!("{s:.2} s"))
+/// A time, or `never`.
+fn seconds_or_never(time_s: Option<f64>) -> String {
+    time_s.map_or("never".into(), |s| format!("{s:.2} s"))
 }
 
 /// Rate of a period: `1 kHz`, `22.2 Hz`.

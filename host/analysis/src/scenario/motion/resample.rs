@@ -271,7 +271,7 @@ mod tests {
         let turn = std::f64::consts::TAU / 2.0;
         let mut worst = [0.0_f64; 3];
         for knot in knots {
-            let (sin, cos) = (turn * knot.at_s).sin_cos();
+            let cos = (turn * knot.at_s).cos();
             let pairs = [
                 (knot.q[0], 0.2 * cos),
                 (knot.dq[1], 0.2 * turn * cos),
