@@ -96,7 +96,7 @@ impl Finding {
     fn parts(&self) -> (&'static str, &str, Option<&str>) {
         match self {
             Self::Ok(found) => ("ok", found, None),
-            Self::Open(why) => ("-", why, None),
+            Self::Open(why) => ("n/a", why, None),
             Self::Missing { what, remedy } => ("missing", what, Some(remedy)),
         }
     }

@@ -58,7 +58,7 @@ fn rows_as_json_have_state_and_remedy() {
         (&"missing".into(), &"flash".into())
     );
     assert_eq!(rust["remedy"], "install Rust: https://rustup.rs");
-    assert_eq!(row(&output, "terminal")["state"], "-");
+    assert_eq!(row(&output, "terminal")["state"], "n/a");
     assert_eq!(row(&output, "output folder")["remedy"], Value::Null);
 }
 
