@@ -1,4 +1,4 @@
-//! Headless Chromium, controlled by its DevTools protocol.
+//! Headless Chromium, controlled by its `DevTools` protocol.
 //!
 //! A page is opened in a tab of its own with a given width and colour scheme. Errors of its
 //! scripts, and of what it loads, are collected.
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket};
 
 /// Longest wait for an answer.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_mins(1);
 
 /// A running browser.
 pub(super) struct Browser {

@@ -179,77 +179,10 @@ fn the_page_of_a_run_is_right_and_obeys_mouse_and_keys() {
     let mut browser = Browser::start(&folder);
     assert_right(&mut browser, &page);
 
-    let window = WINDOWS[0];
-    let mut tab = browser.open(&page, window);
-    // Each canvas has a drawing on it.
-    let blank =
-        "[...document.querySelectorAll('#arm, #overview, .stack canvas:first-child')].filter(
-        canvas => new Set(new Uint32Array(canvas.getContext('2d').getImageData(
-            0, 0, canvas.width, canvas.height).data.buffer)).size < 4).length";
-    tab.errors();
-    assert_eq!(number(&mut tab, blank), 0.0);
-    // Curves, events, files and settings are there.
-    assert_eq!(number(&mut tab, "panels.length"), 5.0);
-    assert!(
-        number(
-            &mut tab,
-            "document.querySelectorAll('#events tbody tr').length"
-        ) > 8.0
-    );
-    assert!(number(&mut tab, "document.querySelectorAll('#files li').length") > 1.0);
-    assert!(
-        number(
-            &mut tab,
-            "document.querySelectorAll('#settings tbody tr').length"
-        ) > 40.0
-    );
-
-    // Keys: events, zoom, playback.
-    tab.value("seek(2.5)");
-    tab.press("]");
-    assert_eq!(number(&mut tab, "app.time"), 3.0);
-    tab.press("+");
-    let span = "app.range[1] - app.range[0]";
-    let zoomed = number(&mut tab, span);
-    assert!(zoomed < 10.0, "{zoomed}");
-    tab.press("0");
-    assert!(number(&mut tab, span) > 15.0);
-    tab.press(" ");
-    let moved = "new Promise(done => setTimeout(() => done(app.time), 400))";
-    assert!(number(&mut tab, moved) > 3.05);
-    tab.press(" ");
-    assert_eq!(tab.value("app.isPlaying"), false);
-
-    // A drag zooms, a click seeks, an event is jumped to.
-    let place = "(() => { panels[0].overlay.scrollIntoView({ block: 'center' });
-        const box = panels[0].overlay.getBoundingClientRect();
-        return [box.left + panels[0].x(4), box.left + panels[0].x(6), box.top + 50]; })()";
-    let place = tab.value(place);
-    let [from, to, y] = [0, 1, 2].map(|index| place[index].as_f64().unwrap());
-    tab.mouse("mousePressed", (from, y));
-    tab.mouse("mouseMoved", ((from + to) / 2.0, y));
-    tab.mouse("mouseMoved", (to, y));
-    tab.mouse("mouseReleased", (to, y));
-    let shown = tab.value("app.range");
-    for (index, expected) in [4.0, 6.0].into_iter().enumerate() {
-        assert!(
-            (shown[index].as_f64().unwrap() - expected).abs() < 0.05,
-            "{shown}"
-        );
-    }
-    tab.mouse("mousePressed", (from + 0.5 * (to - from), y));
-    tab.mouse("mouseReleased", (from + 0.5 * (to - from), y));
-    let time = number(&mut tab, "app.time");
-    assert!((4.0..6.0).contains(&time), "{time}");
-    tab.value("[...document.querySelectorAll('#events .jump')].at(-1).click()");
-    assert_eq!(tab.value("app.time === DATA.events.at(-1).time"), true);
-    tab.value("document.querySelector('#settings details').open = true");
-    tab.value(
-        "{ const search = document.querySelector('#settings input');
-        search.value = 'controller.q'; search.dispatchEvent(new Event('input')); }",
-    );
-    let found = "[...document.querySelectorAll('#settings tbody tr:not(.group)')].filter(row => !row.hidden).length";
-    assert!((1.0..5.0).contains(&number(&mut tab, found)));
+    let mut tab = browser.open(&page, WINDOWS[0]);
+    has_contents(&mut tab);
+    obeys_keys(&mut tab);
+    obeys_mouse(&mut tab);
     assert_eq!(tab.errors(), [""; 0]);
     drop(tab);
 
@@ -303,4 +236,76 @@ fn reports_are_right() {
     for page in [folder.join("fit/report.html"), paper] {
         assert_right(&mut browser, &page);
     }
+}
+
+/// Curves, events, files and settings are there, and each canvas has a drawing on it.
+fn has_contents(tab: &mut Tab<'_>) {
+    // Each canvas has a drawing on it.
+    let blank =
+        "[...document.querySelectorAll('#arm, #overview, .stack canvas:first-child')].filter(
+        canvas => new Set(new Uint32Array(canvas.getContext('2d').getImageData(
+            0, 0, canvas.width, canvas.height).data.buffer)).size < 4).length";
+    tab.errors();
+    assert_eq!(tab.value(blank), 0);
+    // Curves, events, files and settings are there.
+    assert_eq!(tab.value("panels.length"), 5);
+    assert!(number(tab, "document.querySelectorAll('#events tbody tr').length") > 8.0);
+    assert!(number(tab, "document.querySelectorAll('#files li').length") > 1.0);
+    assert!(
+        number(
+            tab,
+            "document.querySelectorAll('#settings tbody tr').length"
+        ) > 40.0
+    );
+}
+
+fn obeys_keys(tab: &mut Tab<'_>) {
+    // Keys: events, zoom, playback.
+    tab.value("seek(2.5)");
+    tab.press("]");
+    assert_eq!(tab.value("app.time"), 3);
+    tab.press("+");
+    let span = "app.range[1] - app.range[0]";
+    let zoomed = number(tab, span);
+    assert!(zoomed < 10.0, "{zoomed}");
+    tab.press("0");
+    assert!(number(tab, span) > 15.0);
+    tab.press(" ");
+    let moved = "new Promise(done => setTimeout(() => done(app.time), 400))";
+    assert!(number(tab, moved) > 3.05);
+    tab.press(" ");
+    assert_eq!(tab.value("app.isPlaying"), false);
+}
+
+fn obeys_mouse(tab: &mut Tab<'_>) {
+    // A drag zooms, a click seeks, an event is jumped to.
+    let place = "(() => { panels[0].overlay.scrollIntoView({ block: 'center' });
+        const box = panels[0].overlay.getBoundingClientRect();
+        return [box.left + panels[0].x(4), box.left + panels[0].x(6), box.top + 50]; })()";
+    let place = tab.value(place);
+    let [from, to, y] = [0, 1, 2].map(|index| place[index].as_f64().unwrap());
+    tab.mouse("mousePressed", (from, y));
+    tab.mouse("mouseMoved", (f64::midpoint(from, to), y));
+    tab.mouse("mouseMoved", (to, y));
+    tab.mouse("mouseReleased", (to, y));
+    let shown = tab.value("app.range");
+    for (index, expected) in [4.0, 6.0].into_iter().enumerate() {
+        assert!(
+            (shown[index].as_f64().unwrap() - expected).abs() < 0.05,
+            "{shown}"
+        );
+    }
+    tab.mouse("mousePressed", (from + 0.5 * (to - from), y));
+    tab.mouse("mouseReleased", (from + 0.5 * (to - from), y));
+    let time = number(tab, "app.time");
+    assert!((4.0..6.0).contains(&time), "{time}");
+    tab.value("[...document.querySelectorAll('#events .jump')].at(-1).click()");
+    assert_eq!(tab.value("app.time === DATA.events.at(-1).time"), true);
+    tab.value("document.querySelector('#settings details').open = true");
+    tab.value(
+        "{ const search = document.querySelector('#settings input');
+        search.value = 'controller.q'; search.dispatchEvent(new Event('input')); }",
+    );
+    let found = "[...document.querySelectorAll('#settings tbody tr:not(.group)')].filter(row => !row.hidden).length";
+    assert!((1.0..5.0).contains(&number(tab, found)));
 }
