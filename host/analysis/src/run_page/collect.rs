@@ -5,12 +5,12 @@ use std::path::Path;
 use armbridge_client::LinkStats;
 use armbridge_client::enum_names;
 use armbridge_client::event::{Event, EventKind};
-use armbridge_log::inspect::Head;
-use armbridge_log::recording::ReadError;
+use armbridge_client::simulation::{Push, TrueState};
+use armbridge_log::recording::{ReadError, Reader};
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::summary::{Summary, Tally};
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Mode, Record, Sample, ToHost};
+use armbridge_shared::link::message::{Mode, Record, Sample, Settings, ToHost};
 
 use super::clock::Clock;
 use super::events::{EventList, Kind, Level, Listed};
@@ -28,6 +28,9 @@ pub(super) struct Quantity {
     /// Its value; NaN where there is none.
     get: fn(&Record, usize) -> f32,
 }
+
+/// Name of the true angle of a simulated arm, whose quantity is last.
+pub(super) const TRUE_ANGLE: &str = "true_angle";
 
 /// Encoder counts, which the page shows as angles.
 pub(super) const ENCODER: &str = "encoder";
@@ -102,11 +105,13 @@ fn reference(record: &Record, value: f32) -> f32 {
 /// Contents of a log for the page. Times are in s after the arm is armed.
 #[derive(Debug)]
 pub(super) struct Collected {
-    pub(super) head: Head,
     /// The run, by the settings in force.
     pub(super) facts: RunFacts,
+    pub(super) settings: Option<Settings>,
+    /// Damage of the log, each in one sentence.
+    pub(super) damage: Vec<String>,
     pub(super) summary: Summary,
-    /// All quantities, joint by joint.
+    /// All quantities and the true angle, joint by joint.
     pub(super) rows: Rows,
     /// Angles and reference angles at an even rate.
     pub(super) poses: Rows,
@@ -120,6 +125,15 @@ pub(super) struct Collected {
     pub(super) modes: Vec<(f64, &'static str)>,
     /// Intervals without records.
     pub(super) gaps: Vec<[f64; 2]>,
+    /// Pushes on a simulated arm.
+    pub(super) pushes: Vec<ShownPush>,
+}
+
+/// A push with its start in s after the arm is armed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ShownPush {
+    pub(super) start_s: f64,
+    pub(super) push: Push,
 }
 
 /// State of the pass.
@@ -132,6 +146,7 @@ struct Pass {
     events: EventList,
     modes: Vec<(f64, &'static str)>,
     gaps: Vec<[f64; 2]>,
+    pushes: Vec<ShownPush>,
     zero_s: Option<f64>,
     last: Option<(u32, f64)>,
     row: Vec<f32>,
@@ -140,12 +155,18 @@ struct Pass {
 impl Collected {
     /// Reads a log up to its first damage.
     pub(super) fn read(path: &Path) -> Result<Self, ReadError> {
-        let mut pass = Pass::new();
-        let head = Head::read(path, |event| pass.add(event))?;
-        let facts = head.settings.as_ref().map_or_else(
-            || head.facts.clone(),
-            |settings| head.facts.with_settings(settings),
-        );
+        let mut log = Reader::open(path)?.rows();
+        let mut pass = Pass::new(log.reader().facts().period_us);
+        let mut pushes = 0;
+        while let Some((event, truth)) = log.next_event() {
+            for push in &log.reader().pushes()[pushes..] {
+                pass.push(push);
+            }
+            pushes = log.reader().pushes().len();
+            pass.add(&event, truth.as_ref());
+        }
+        let log = log.reader();
+        let facts = log.facts().clone();
         let covered_s = pass.clock.now_s();
         let summary = pass
             .tally
@@ -162,8 +183,12 @@ impl Collected {
         for end_s in pass.gaps.as_flattened_mut() {
             *end_s -= zero_s;
         }
+        for push in &mut pass.pushes {
+            push.start_s -= zero_s;
+        }
         Ok(Self {
-            head,
+            settings: log.settings().copied(),
+            damage: log.damage().to_vec(),
             facts,
             summary,
             rows: pass.rows,
@@ -174,26 +199,16 @@ impl Collected {
             events_left_out,
             modes: pass.modes,
             gaps: pass.gaps,
+            pushes: pass.pushes,
         })
-    }
-
-    /// Adds pushes, in order of time, to the events.
-    pub(super) fn add_pushes(&mut self, pushes: impl Iterator<Item = (f64, String)>) {
-        self.events.extend(pushes.map(|(time, text)| Listed {
-            time,
-            kind: Kind::Push,
-            level: Level::Info,
-            text,
-        }));
-        self.events.sort_by(|a, b| a.time.total_cmp(&b.time));
     }
 }
 
 impl Pass {
-    fn new() -> Self {
-        let quantities = QUANTITIES.len() * JOINTS;
+    fn new(period_us: u32) -> Self {
+        let quantities = (QUANTITIES.len() + 1) * JOINTS;
         Self {
-            period_s: 1e-3,
+            period_s: f64::from(period_us) * 1e-6,
             clock: Clock::default(),
             tally: Tally::default(),
             rows: Rows::new(Kept::Extremes, quantities),
@@ -201,25 +216,35 @@ impl Pass {
             events: EventList::default(),
             modes: Vec::new(),
             gaps: Vec::new(),
+            pushes: Vec::new(),
             zero_s: None,
             last: None,
             row: Vec::with_capacity(quantities),
         }
     }
 
-    fn add(&mut self, event: &Event) {
+    fn add(&mut self, event: &Event, truth: Option<&TrueState>) {
         match &event.kind {
-            EventKind::Received(_, ToHost::Record(record)) => self.tick(record),
-            kind => {
-                if let EventKind::Received(_, ToHost::Settings(settings)) = kind {
-                    self.period_s = f64::from(settings.setup.period_us) * 1e-6;
-                }
-                self.events.add(kind, &self.clock);
-            }
+            EventKind::Received(_, ToHost::Record(record)) => self.tick(record, truth),
+            kind => self.events.add(kind, &self.clock),
         }
     }
 
-    fn tick(&mut self, record: &Record) {
+    fn push(&mut self, push: &Push) {
+        self.tally.push(push);
+        let start_s = self.clock.time_s(push.start_ns / 1_000);
+        let text = format!(
+            "push on joint {}: {:+.2} N m for {:.2} s",
+            push.joint + 1,
+            push.torque_nm,
+            push.duration_ns as f64 * 1e-9
+        );
+        self.events.push(start_s, Kind::Push, Level::Info, text);
+        let push = *push;
+        self.pushes.push(ShownPush { start_s, push });
+    }
+
+    fn tick(&mut self, record: &Record, truth: Option<&TrueState>) {
         let time_s = self.clock.advance(record.start_us, self.period_s);
         if let Some((tick, last_s)) = self.last
             && record.tick.wrapping_sub(tick) != 1
@@ -246,6 +271,8 @@ impl Pass {
             self.row
                 .extend((0..JOINTS).map(|joint| (quantity.get)(record, joint)));
         }
+        self.row
+            .extend(truth.map_or([f32::NAN; JOINTS], |truth| truth.angle_rad));
         self.rows.add(time_s, &self.row);
         let pose = POSE.map(|quantity| [0, 1].map(|joint| self.row[quantity * JOINTS + joint]));
         self.poses.add(time_s, pose.as_flattened());

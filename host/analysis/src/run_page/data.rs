@@ -8,7 +8,7 @@ use armbridge_shared::arm::{Mounting, Parameters};
 use serde::Serialize;
 
 use super::PageInput;
-use super::collect::{Collected, ENCODER, QUANTITIES};
+use super::collect::{Collected, ENCODER, QUANTITIES, ShownPush, TRUE_ANGLE};
 use super::events::Listed;
 use super::pack::{Series, Times};
 use super::rows::Rows;
@@ -95,7 +95,7 @@ impl<'a> PageData<'a> {
             events: &run.events,
             modes: &run.modes,
             gaps: &run.gaps,
-            pushes: input.pushes.iter().map(push).collect(),
+            pushes: run.pushes.iter().map(push).collect(),
         }
     }
 
@@ -116,10 +116,11 @@ fn arm(arm: &Parameters<f32>) -> Arm {
     }
 }
 
-fn push(push: &super::Push) -> Push {
+fn push(shown: &ShownPush) -> Push {
+    let push = shown.push;
     Push(
-        push.start_s,
-        push.duration_s,
+        shown.start_s,
+        push.duration_ns as f64 * 1e-9,
         push.joint + 1,
         push.torque_nm,
     )
@@ -140,6 +141,10 @@ fn run<'a>(run: &Collected, name: &'a str, is_main: bool) -> Run<'a> {
             };
             add(&mut series, quantity.name, joint, packed);
         }
+    }
+    for joint in (0..JOINTS).filter(|_| is_main) {
+        let packed = Series::of(&run.rows.values(QUANTITIES.len() * JOINTS + joint));
+        add(&mut series, TRUE_ANGLE, joint, packed);
     }
     let rows = run.rows.times_s().len().max(1);
     let row_s = (run.end_s + run.zero_s) / rows as f64;

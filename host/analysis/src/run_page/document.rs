@@ -45,7 +45,7 @@ pub(super) fn document(
             (timeline())
             (setpoints(run, beside.zip(input.beside.map(|beside| beside.name))))
             (events(run))
-            (run.head.settings.as_ref().map_or_else(|| html! {}, settings))
+            (run.settings.as_ref().map_or_else(|| html! {}, settings))
             (commands(folder, input))
             (files(folder))
             footer {
@@ -71,7 +71,7 @@ fn header(input: &PageInput<'_>, run: &Collected, beside: Option<&Collected>) ->
             h1 { (unbroken(headline)) }
             @if let Some(second) = second { p.lead { (unbroken(&second)) } }
             p.totals { (unbroken(&totals(run))) }
-            @for damage in &run.head.damage { p.note { (damage) } }
+            @for damage in &run.damage { p.note { (damage) } }
             noscript { p.note { "The moving arm and the curves need JavaScript." } }
         }
     }

@@ -35,11 +35,11 @@ pub(super) fn beside(name: &str, run: &Collected) -> Option<String> {
 }
 
 fn sentence(run: &Collected) -> Option<String> {
-    let pushes = run.events.iter().filter(|event| event.kind == Kind::Push);
-    at_setpoints(&run.summary, pushes.count()).or_else(|| tracking(&run.summary))
+    let result = at_setpoints(&run.summary).or_else(|| tracking(&run.summary))?;
+    Some(result + &pushes(&run.summary))
 }
 
-fn at_setpoints(summary: &Summary, pushes: usize) -> Option<String> {
+fn at_setpoints(summary: &Summary) -> Option<String> {
     let segments = summary.segments.as_slice();
     if segments.is_empty() {
         return None;
@@ -54,23 +54,33 @@ fn at_setpoints(summary: &Summary, pushes: usize) -> Option<String> {
         2 => "both setpoints".to_owned(),
         all => format!("all {all} setpoints"),
     };
-    if settled.len() == segments.len() {
-        // A push delays the last time at which a joint settles.
-        let result = match pushes {
-            0 => format!(
-                "is within {within_mrad:.0} mrad of {setpoints} in at most {slowest_s:.2} s"
-            ),
-            1 => "recovers from a push".to_owned(),
-            pushes => format!("recovers from {pushes} pushes"),
-        };
-        return Some(format!("{result} and rests at most {off_mrad:.1} mrad off"));
-    }
     let reached = match (settled.len(), all) {
+        (some, _) if some == segments.len() => {
+            format!("is within {within_mrad:.0} mrad of {setpoints} in at most {slowest_s:.2} s")
+        }
         (0, 1) => format!("does not stay within {within_mrad:.0} mrad of its setpoint"),
         (0, _) => format!("does not stay within {within_mrad:.0} mrad of any of {all} setpoints"),
         (some, _) => format!("settles at {some} of {all} setpoints"),
     };
-    Some(format!("{reached} and rests up to {off_mrad:.1} mrad off"))
+    Some(format!(
+        "{reached} and rests at most {off_mrad:.1} mrad off"
+    ))
+}
+
+/// Recovery from pushes, to be appended.
+fn pushes(summary: &Summary) -> String {
+    let pushes = summary.pushes.as_slice();
+    let recovered: Vec<f64> = pushes.iter().filter_map(|push| push.recovered_s).collect();
+    let slowest_s = recovered.iter().copied().fold(0.0, f64::max);
+    match (recovered.len(), pushes.len()) {
+        (_, 0) => String::new(),
+        (1, 1) => format!("; it recovers from a push in {slowest_s:.2} s"),
+        (some, all) if some == all => {
+            format!("; it recovers from {all} pushes in at most {slowest_s:.2} s each")
+        }
+        (_, 1) => "; it does not recover from a push".to_owned(),
+        (some, all) => format!("; it recovers from {some} of {all} pushes"),
+    }
 }
 
 fn tracking(summary: &Summary) -> Option<String> {

@@ -34,7 +34,6 @@ use std::path::{Path, PathBuf};
 
 use armbridge_log::output_file::{self, Existing};
 use armbridge_log::recording::ReadError;
-use armbridge_shared::JOINTS;
 
 use collect::Collected;
 use data::PageData;
@@ -51,8 +50,6 @@ pub struct PageInput<'a> {
     pub beside: Option<Beside<'a>>,
     /// The result in one sentence; none for one that is derived from the log.
     pub headline: Option<&'a str>,
-    /// Pushes on a simulated arm, in order of time.
-    pub pushes: &'a [Push],
     /// Command that made the run, such as `armbridge run demo --seed 1`.
     pub made_by: Option<&'a str>,
 }
@@ -66,19 +63,6 @@ pub struct Beside<'a> {
     pub name: &'a str,
 }
 
-/// A push on the arm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Push {
-    /// Start, in s after the arm is armed.
-    pub start_s: f64,
-    /// Duration, in s.
-    pub duration_s: f64,
-    /// Joint, counting from 0.
-    pub joint: usize,
-    /// Torque, in N m.
-    pub torque_nm: f64,
-}
-
 impl<'a> PageInput<'a> {
     /// The page of one log alone.
     pub fn of_log(log: &'a Path) -> Self {
@@ -86,7 +70,6 @@ impl<'a> PageInput<'a> {
             log,
             beside: None,
             headline: None,
-            pushes: &[],
             made_by: None,
         }
     }
@@ -126,23 +109,10 @@ pub fn write(folder: &Path, input: &PageInput<'_>) -> Result<PathBuf, RunPageErr
         });
         (run, beside)
     });
-    let (mut run, beside) = (run?, beside.transpose()?);
-    let pushes = input.pushes.iter().filter(|push| push.joint < JOINTS);
-    run.add_pushes(pushes.map(|push| (push.start_s, push.in_words())));
+    let (run, beside) = (run?, beside.transpose()?);
     let data = PageData::new(input, &run, beside.as_ref()).json();
     let page = document::document(folder, input, &run, beside.as_ref(), &data);
     let path = folder.join(FILE);
     output_file::write(&path, page.as_bytes(), Existing::Number)
         .map_err(|source| RunPageError::Write { path, source })
-}
-
-impl Push {
-    fn in_words(&self) -> String {
-        format!(
-            "push on joint {}: {:+.2} N m for {:.2} s",
-            self.joint + 1,
-            self.torque_nm,
-            self.duration_s
-        )
-    }
 }

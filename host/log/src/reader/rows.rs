@@ -1,5 +1,6 @@
 //! Ticks of a log as rows: records, with the true states of a simulated arm.
 
+use armbridge_client::event::Event;
 use armbridge_client::simulation::TrueState;
 use armbridge_shared::link::message::Record;
 
@@ -42,23 +43,38 @@ impl Reader {
     }
 }
 
-impl Iterator for Rows {
-    type Item = Row;
+impl Rows {
+    /// The log, as far as it has been read.
+    pub fn reader(&self) -> &Reader {
+        &self.reader
+    }
 
-    fn next(&mut self) -> Option<Row> {
+    /// The next event; of a record with its true state.
+    pub fn next_event(&mut self) -> Option<(Event, Option<TrueState>)> {
         loop {
             match self.reader.next_item()? {
                 // The state precedes the record of its tick.
                 Item::State(tick, state) => self.state = Some((tick, state)),
                 Item::Event(event) => {
-                    if let Some(record) = event.record() {
-                        let state = self.state.take().filter(|(tick, _)| *tick == record.tick);
-                        return Some(Row {
-                            record,
-                            truth: state.map(|(_, state)| state),
-                        });
-                    }
+                    let truth = event.record().and_then(|record| {
+                        let (tick, state) = self.state.take()?;
+                        (tick == record.tick).then_some(state)
+                    });
+                    return Some((event, truth));
                 }
+            }
+        }
+    }
+}
+
+impl Iterator for Rows {
+    type Item = Row;
+
+    fn next(&mut self) -> Option<Row> {
+        loop {
+            let (event, truth) = self.next_event()?;
+            if let Some(record) = event.record() {
+                return Some(Row { record, truth });
             }
         }
     }

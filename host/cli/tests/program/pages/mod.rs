@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use armbridge_analysis::run_page::{self, Beside, PageInput, Push};
+use armbridge_analysis::run_page::{self, Beside, PageInput};
 use browser::{Browser, Tab, Window};
 
 /// Windows in which every page is right.
@@ -156,12 +156,6 @@ fn the_page_of_a_run_is_right_and_obeys_mouse_and_keys() {
     let run = run(&folder, &["push"]);
     let log = run.join("run.mcap");
     let beside = paper.join("run.mcap");
-    let pushes = [3.0, 9.0].map(|start_s| Push {
-        start_s,
-        duration_s: 0.1,
-        joint: 0,
-        torque_nm: 0.5,
-    });
     let page = run_page::write(
         &run,
         &PageInput {
@@ -169,7 +163,6 @@ fn the_page_of_a_run_is_right_and_obeys_mouse_and_keys() {
                 log: &beside,
                 name: "the paper's control",
             }),
-            pushes: &pushes,
             made_by: Some("armbridge run push --seed 1"),
             ..PageInput::of_log(&log)
         },
@@ -250,6 +243,11 @@ fn has_contents(tab: &mut Tab<'_>) {
     // Curves, events, files and settings are there.
     assert_eq!(tab.value("panels.length"), 5);
     assert!(number(tab, "document.querySelectorAll('#events tbody tr').length") > 8.0);
+    // The scenario's pushes are the log's.
+    assert_eq!(
+        tab.value("DATA.pushes.map(push => push[0])").to_string(),
+        "[3.0,6.0,9.0,12.0]"
+    );
     assert!(number(tab, "document.querySelectorAll('#files li').length") > 1.0);
     assert!(
         number(
