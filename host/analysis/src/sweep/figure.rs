@@ -41,9 +41,18 @@ pub(super) fn draw(sweep: &Sweep) -> Drawing {
         .count()
         .min(NAMED);
     let top = 84.0 + 18.0 * legend_rows as f64;
-    let mut drawing = titled(top + 610.0, &title, &about);
+    // Figures that the scenario has.
+    let has = |figure: &&Figure| {
+        sweep
+            .runs
+            .iter()
+            .any(|run| figure.of_run(&run.figures).is_some())
+    };
+    let shown: Vec<&Figure> = FIGURES.iter().filter(has).collect();
+    let lines = shown.len().div_ceil(2) as f64;
+    let mut drawing = titled(top + 292.0 * lines, &title, &about);
     draw_legend(&mut drawing, &names);
-    for (number, figure) in FIGURES.iter().enumerate() {
+    for (number, figure) in shown.into_iter().enumerate() {
         let curves = curves(sweep, &rows, &numbers, figure);
         let (column, row) = ((number % 2) as f64, (number / 2) as f64);
         let frame = Rect {
@@ -141,17 +150,15 @@ fn draw_panel(drawing: &mut Drawing, frame: Rect, figure: &Figure, curves: &[Cur
     let points = || curves.iter().flat_map(|curve| &curve.points);
     let values = || points().flat_map(|(_, values)| values.iter().flatten().copied());
     let is_finite = |value: &f64| value.is_finite();
-    let is_shown = values().any(|value| value.is_finite());
     let panel = Panel {
         frame,
         x: Axis::around(points().map(|(x, _)| *x), 0.06),
         y: Axis::around(values().filter(is_finite).chain([0.0]), 0.08),
     };
     let never = values().filter(|value| value.is_infinite()).count();
-    let title = match (is_shown, never) {
-        (false, 0) => format!("{}: not in this scenario", figure.title),
-        (_, 0) => figure.title.to_owned(),
-        (..) => format!("{} (a gap: never)", figure.title),
+    let title = match never {
+        0 => figure.title.to_owned(),
+        _ => format!("{} (a gap: never)", figure.title),
     };
     let longest = (frame.w / LABEL.width("x")) as usize;
     let x: String = if x.chars().count() > longest {

@@ -2,6 +2,7 @@
 
 use std::fmt::{Result, Write};
 
+use armbridge_log::text_table;
 use serde::Serialize;
 
 use super::{Combination, RunFigures, SweepRun};
@@ -122,8 +123,11 @@ fn spread(mut values: Vec<f64>) -> Option<Spread> {
     })
 }
 
-/// Width of a number.
-const NUMBER: usize = 7;
+/// Widths of a median and of a worst value.
+const MEDIAN: usize = 6;
+const WORST: usize = 7;
+/// Width of a figure's columns.
+const FIGURE: usize = MEDIAN + WORST;
 /// Width of the values of the keys; longer ones have a line of their own.
 const VALUES: usize = 16;
 
@@ -137,56 +141,63 @@ pub(super) fn table(keys: &[String], rows: &[Row], seeds: usize) -> String {
 }
 
 fn write_table(out: &mut String, keys: &[String], rows: &[Row], is_spread: bool) -> Result {
-    let width = if is_spread { 2 * NUMBER } else { NUMBER + 7 };
-    let label = |row: &Row| {
-        let values = row.values.0.iter().map(|pair| pair.value.as_str());
-        values.collect::<Vec<_>>().join("  ")
-    };
-    let keys = keys.join("  ");
-    let labels = rows.iter().map(label).chain([keys.clone()]);
-    let widest = labels.map(|label| label.chars().count()).max().unwrap_or(0);
+    let (keys, labels) = labels(keys, rows);
+    let all = labels.iter().chain([&keys]);
+    let widest = all.map(|label| label.chars().count()).max().unwrap_or(0);
     let column = widest.min(VALUES);
-    let mut heads = [String::new(), String::new()];
+    let mut heads = [(); 3].map(|()| String::new());
     for figure in &FIGURES {
-        write!(heads[0], " {:>width$}", figure.title)?;
-        let unit = figure.unit;
-        if is_spread {
-            write!(heads[1], " {:>NUMBER$}{:>NUMBER$}", "median", "worst")?;
-        } else {
-            write!(heads[1], " {unit:>width$}")?;
-        }
+        write!(heads[0], " {:>FIGURE$}", figure.title)?;
+        write!(heads[1], " {:>FIGURE$}", figure.unit)?;
+        write!(heads[2], " {:>MEDIAN$}{:>WORST$}", "median", "worst")?;
     }
-    writeln!(out, "{:column$}{}", "", heads[0])?;
+    if !is_spread {
+        heads[2].clear();
+    }
+    let [titles, units, spreads] = heads;
+    writeln!(out, "{:column$}{titles}", "")?;
     if is_spread {
-        let units = FIGURES
-            .iter()
-            .map(|figure| format!(" {:>width$}", figure.unit));
-        writeln!(out, "{:column$}{}", "", units.collect::<String>())?;
+        writeln!(out, "{:column$}{units}", "")?;
+        write_label(out, &keys, column)?;
+        writeln!(out, "{spreads}  failed")?;
+    } else {
+        write_label(out, &keys, column)?;
+        writeln!(out, "{units}  failed")?;
     }
-    write_label(out, &keys, column)?;
-    writeln!(out, "{}  failed", heads[1])?;
-    for row in rows {
-        write_label(out, &label(row), column)?;
+    for (row, label) in rows.iter().zip(&labels) {
+        write_label(out, label, column)?;
         for figure in &FIGURES {
             let spread = figure.of_row(row);
             let median = number(spread.map(|spread| spread.median), figure.decimals);
             if is_spread {
                 let worst = number(spread.map(|spread| spread.worst), figure.decimals);
-                write!(out, " {median:>NUMBER$}{worst:>NUMBER$}")?;
+                write!(out, " {median:>MEDIAN$}{worst:>WORST$}")?;
             } else {
-                write!(out, " {median:>width$}")?;
+                write!(out, " {median:>FIGURE$}")?;
             }
         }
         match (row.failed, row.runs) {
-            (_, 0) => writeln!(out, "  not run")?,
+            (_, 0) => writeln!(out, " not run")?,
             (0, _) => writeln!(out, "       -")?,
-            (failed, runs) => writeln!(out, "  {failed} of {runs}")?,
+            (failed, runs) => writeln!(out, " {:>7}", format!("{failed} of {runs}"))?,
         }
         if let Some(fault) = row.fault {
             writeln!(out, "{:column$}   fault: {fault}", "")?;
         }
     }
     Ok(())
+}
+
+/// Keys, and the values of each row below them.
+fn labels(keys: &[String], rows: &[Row]) -> (String, Vec<String>) {
+    let values =
+        |row: &Row| -> Vec<String> { row.values.0.iter().map(|pair| pair.value.clone()).collect() };
+    let lines: Vec<Vec<String>> = std::iter::once(keys.to_vec())
+        .chain(rows.iter().map(values))
+        .collect();
+    let text = text_table::columns(&lines);
+    let mut lines = text.lines().map(str::to_owned);
+    (lines.next().unwrap_or_default(), lines.collect())
 }
 
 /// A label in its column, or on a line of its own if it is longer.
@@ -235,7 +246,7 @@ mod tests {
         let spread = row.settling_time_s.unwrap();
         assert!((spread.median - 0.65).abs() < 1e-12 && spread.worst.is_infinite());
         let text = table(&["controller.q".into()], &[row], 4);
-        assert!(text.contains("0.650  never"), "{text}");
+        assert!(text.contains(" 0.650  never"), "{text}");
         assert!(
             text.lines().all(|line| line.chars().count() <= 80),
             "{text}"

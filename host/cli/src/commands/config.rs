@@ -66,9 +66,9 @@ pub(crate) fn run(args: &ConfigArgs) -> Outcome {
     let remark = match config.file() {
         Some(file) if config.has_settings() => format!(
             "Runs whose control is the board's own take setup.*, controller.* and estimator.*\n\
-             from here, those of a scenario with another control with `--control board`;\n\
-             limits, model and calibration are always the board's. `armbridge params --from\n\
-             {}` sends a board all of it, and `design` counts with it.",
+             from here, other runs with `--control board`. Limits, model and calibration are\n\
+             always the board's. `design` counts with all of it, and\n\
+             `armbridge params --from {}` sends a board all of it.",
             file.display()
         ),
         Some(_) => "The file sets nothing on the board, which keeps its own settings.".to_owned(),

@@ -199,9 +199,11 @@ pub fn nearest<'a>(name: &str, names: impl IntoIterator<Item = &'a str>) -> Opti
     /// Below, two names have little in common.
     const ALIKE: f64 = 0.75;
 
+    // A key in capitals is still that key.
+    let name = name.to_lowercase();
     let scored = names
         .into_iter()
-        .map(|known| (strsim::jaro_winkler(name, known), known));
+        .map(|known| (strsim::jaro_winkler(&name, known), known));
     scored
         .filter(|(score, _)| *score >= ALIKE)
         .max_by(|(a, _), (b, _)| a.total_cmp(b))

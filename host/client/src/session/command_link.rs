@@ -28,9 +28,10 @@ pub struct LinkStats {
 /// the silence after which the board brakes the arm and holds it.
 const HEARTBEAT_US: u64 = 25_000;
 
-/// Repetitions of a command to arm while the board learns the noise of the encoders, within 6 s:
-/// 48 ticks take 4.8 s at the longest period, 100 ms.
-const ENCODER_REPEATS: u32 = 240;
+/// Repetitions of a command to arm while the board learns the noise of the encoders, within 10 s:
+/// three blocks of 16 ticks take 4.8 s at the longest period, 100 ms, and as many may be
+/// discarded.
+const ENCODER_REPEATS: u32 = 400;
 
 /// Message of the board.
 #[derive(Clone, Copy, Debug, PartialEq)]

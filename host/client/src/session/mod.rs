@@ -40,8 +40,8 @@ pub const HELLO_TIMEOUT_US: u64 = 3_000_000;
 /// sends one every tick.
 pub const ANSWER_TIMEOUT_US: u64 = 2_000_000;
 /// Timeout of arming: the board learns the noise of the encoders before, which takes 48 ticks
-/// of an arm at rest, 4.8 s at the longest period.
-pub const ARM_TIMEOUT_US: u64 = 7_000_000;
+/// of an arm at rest, and up to 10 s at the longest period.
+pub const ARM_TIMEOUT_US: u64 = 11_000_000;
 /// Timeout of the servo search: bring-up takes 30 ms, at several rates longer.
 pub const SERVO_TIMEOUT_US: u64 = 3_000_000;
 /// Longest time for which an emergency stop is repeated; a reported fault ends it.

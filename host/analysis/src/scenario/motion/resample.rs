@@ -150,14 +150,10 @@ fn slopes(samples: &[Sample], joint: usize) -> Vec<f64> {
     if count == 2 {
         return vec![chord(0); 2];
     }
-    // The ends: slope of the parabola through three samples.
-    let end = |near: usize, far: usize| {
-        let (a, b) = (width(near), width(far));
-        chord(near) + (chord(near) - chord(far)) * a / (a + b)
-    };
+    let points = || samples.iter().map(|s| (s.at_s, s.angle_rad[joint]));
     let mut slopes = vec![0.0; count];
-    slopes[0] = end(0, 1);
-    slopes[count - 1] = end(count - 2, count - 3);
+    slopes[0] = end_slope(&points().take(END).collect::<Vec<_>>());
+    slopes[count - 1] = end_slope(&points().rev().take(END).collect::<Vec<_>>());
     // Thomas's algorithm for a tridiagonal system.
     let (mut above, mut right) = (vec![0.0; count], slopes.clone());
     for k in 1..count - 1 {
@@ -172,6 +168,32 @@ fn slopes(samples: &[Sample], joint: usize) -> Vec<f64> {
         slopes[k] = right[k] - above[k] * slopes[k + 1];
     }
     slopes
+}
+
+/// Samples that the speed at an end is computed from, if the file has none.
+const END: usize = 4;
+
+/// Slope at the first of a few points of the polynomial through all of them.
+fn end_slope(points: &[(f64, f64)]) -> f64 {
+    let Some(&(at_s, _)) = points.first() else {
+        return 0.0;
+    };
+    let slope = |(number, &(own_s, value)): (usize, &(f64, f64))| {
+        let others = points.iter().enumerate();
+        // The derivative of Lagrange's polynomial that is 1 at this point and 0 at others.
+        let weight = if number == 0 {
+            others
+                .skip(1)
+                .map(|(_, (t, _))| 1.0 / (at_s - t))
+                .sum::<f64>()
+        } else {
+            let others = others.filter(|(other, _)| *other != 0 && *other != number);
+            let factors = others.map(|(_, (t, _))| (at_s - t) / (own_s - t));
+            factors.product::<f64>() / (own_s - at_s)
+        };
+        value * weight
+    };
+    points.iter().enumerate().map(slope).sum()
 }
 
 /// Value, slope and second derivative of a cubic, at a fraction `x` of its width.
@@ -290,7 +312,7 @@ mod tests {
             (0.001, true, false),
             (0.001, true, true),
             (0.01, false, false),
-            (0.03, false, false),
+            (0.025, false, false),
             (0.1, false, false),
             (0.1, false, true),
         ] {
