@@ -25,6 +25,7 @@ struct Curve {
 pub(super) fn draw(sweep: &Sweep) -> Drawing {
     let seeds = match sweep.seeds.len() {
         1 => format!("seed {}", sweep.seeds[0]),
+        count if sweep.keys.is_empty() => format!("{count} seeds"),
         count => format!("{count} seeds: median, and worst dashed"),
     };
     let about = format!("simulated: bench · {seeds}");

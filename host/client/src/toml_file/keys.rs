@@ -122,8 +122,10 @@ impl Key {
     /// Permitted values with the unit, as `2 numbers from -1.2 to 1.2 rad`.
     fn permitted(&self) -> String {
         let text = self.takes.to_string();
+        // Every number in a file is finite.
+        let text = text.strip_suffix(" finite").unwrap_or(&text);
         if self.unit.is_empty() {
-            return text;
+            return text.to_owned();
         }
         // `a number from 0 up, in s`, but `a number from 0 to 5 s`.
         let is_closed = text.ends_with(|c: char| c.is_ascii_digit());
