@@ -12,7 +12,7 @@ use super::program::{TCP, assert_ends, command, run};
 
 const STOPPED: Mode = Mode::Fault(Fault::EmergencyStop(StopSource::Host));
 
-/// The arm rests at these angles, to the last bit.
+/// The arm is at these angles, to the last bit of the hand's.
 fn is_at(seen: &Seen, rad: [f64; 2]) -> bool {
     let [first, second] = [0, 1].map(|joint| (seen.angle_rad[joint] - rad[joint]).abs());
     first.max(second) < 1e-6
@@ -76,15 +76,16 @@ fn a_calibration_is_practised_from_two_terminals() {
         let is_it = |line: std::io::Result<String>| line.unwrap().contains(words);
         assert!(asked.any(is_it), "never asked: {words}");
     };
-    for (question, hand) in [
-        ("Joint 1: hold it at its zero", "0,0"),
-        ("Joint 1: turn it alone", "0.4,0"),
-        ("Joint 2: hold it at its zero", "0,0"),
-        ("Joint 2: turn it alone", "0,0.4"),
+    for (question, hand, rad) in [
+        ("Joint 1: hold it at its zero", "0,0", [0.0, 0.0]),
+        ("Joint 1: turn it alone", "0.4,0", [0.4, 0.0]),
+        ("Joint 2: hold it at its zero", "0,0", [0.0, 0.0]),
+        ("Joint 2: turn it alone", "0,0.4", [0.0, 0.4]),
     ] {
         ask(question);
         let moved = run(&board.link, &["hand", hand, "--duration", "1"]);
         assert_ends(&moved, 0, "the simulated arm is held at");
+        board.until("it is there", |seen| is_at(seen, rad));
         answers.write_all(b"\n").unwrap();
     }
     ask("Save this on the board?");
