@@ -13,6 +13,7 @@ mod golden;
 mod identification;
 mod links;
 mod log;
+mod own_control;
 mod paper;
 mod paper_report;
 mod plan_runner;

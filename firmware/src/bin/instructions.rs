@@ -140,6 +140,7 @@ fn measure() -> Option<()> {
         angle_rad: 1.2,
         speed_rad_s: 4.0,
         acceleration_rad_s2: 20.0,
+        jerk_rad_s3: 1e9,
     };
     let shape = Shape::MinimumJerk {
         to: Vector2::new(0.3, -0.3),

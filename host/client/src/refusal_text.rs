@@ -1,9 +1,11 @@
 //! Reasons for which a board refuses a command, as text with the remedy.
 
 use armbridge_shared::control::trajectory::Quantity;
+use armbridge_shared::control::trajectory::stream::POINTS_MAX;
 use armbridge_shared::link::message::Refusal;
 
 use crate::experiment_text;
+use crate::number_text::beside_limit;
 
 /// Reason and remedy. One line without a full stop.
 pub fn in_words(refusal: Refusal) -> String {
@@ -62,32 +64,55 @@ pub fn in_words(refusal: Refusal) -> String {
             "no gains exist for these weights: R must be positive, and Q see every angle".into()
         }
         Refusal::Unstable { re, im } => {
-            let radius = re.hypot(im);
-            let eigenvalue = if im == 0.0 {
-                format!("{re:.4}")
-            } else {
-                format!("{re:.4} ± {im:.4}i")
-            };
-            format!(
-                "the closed loop would grow: eigenvalue {eigenvalue}, magnitude {radius:.4}; \
-                 it must be below 1"
-            )
+            format!("the closed loop would grow: {}", eigenvalue(re, im))
+        }
+        Refusal::UnstableObserver { re, im } => {
+            format!("the observer's error would grow: {}", eigenvalue(re, im))
         }
         Refusal::Beyond {
             joint,
             quantity,
             value,
-        } => {
-            let unit = match quantity {
-                Quantity::Angle => "rad",
-                Quantity::Speed => "rad/s",
-                Quantity::Acceleration => "rad/s²",
-            };
-            let joint = u32::from(joint) + 1;
-            format!("joint {joint} would go to {value:.3} {unit}, more than the arm is allowed")
-        }
+            limit,
+        } => beyond(joint.into(), quantity, value, limit),
         Refusal::Experiment(objection) => experiment_text::objection(objection),
-        Refusal::Late => "the point's time has passed, or is not in order; send earlier".into(),
-        Refusal::Busy => "the board is busy; send it again".into(),
+        Refusal::Late { by_us } => format!(
+            "the point is {:.1} ms too early: it must be 1 ms after the board's next tick, and \
+             after the point before; send it sooner, or give it a later time",
+            f64::from(by_us) * 1e-3
+        ),
+        Refusal::Busy => format!(
+            "a queue of the board is full (a stream holds {POINTS_MAX} points); send it again"
+        ),
     }
+}
+
+/// An eigenvalue of a loop that is not stable.
+fn eigenvalue(re: f32, im: f32) -> String {
+    let radius = re.hypot(im);
+    let imaginary = if im == 0.0 {
+        String::new()
+    } else {
+        format!(" ± {im:.4}i")
+    };
+    format!("eigenvalue {re:.4}{imaginary}, magnitude {radius:.4}; it must be below 1")
+}
+
+/// Unit of a quantity of a motion.
+pub fn unit(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::Angle => "rad",
+        Quantity::Speed => "rad/s",
+        Quantity::Acceleration => "rad/s²",
+        Quantity::Jerk => "rad/s³",
+    }
+}
+
+/// A motion beyond a bound; joints count from 0.
+pub fn beyond(joint: usize, quantity: Quantity, value: f32, limit: f32) -> String {
+    let ([value, limit], unit) = (beside_limit(value, limit, 3), unit(quantity));
+    format!(
+        "joint {} would reach {value} {unit}, beyond the bound of {limit} {unit}",
+        joint + 1
+    )
 }

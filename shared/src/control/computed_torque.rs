@@ -35,7 +35,7 @@ use crate::JOINTS;
 use crate::arm::{Parameters, Posture, State};
 use crate::check_word::checked;
 use crate::real::Real;
-use nalgebra::Vector2;
+use nalgebra::{Matrix2x4, Vector2};
 
 /// How the error of each joint shall die away.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,6 +111,24 @@ impl<T: Real> ComputedTorque<T> {
             }
         }
         Ok(Self { kp, kd })
+    }
+
+    /// Its linearisation upright: `M (kd dq + kp q)` less what it gives back, `F dq + G(q)`.
+    pub(super) fn upright_gain(&self, arm: &Parameters<T>) -> Matrix2x4<T> {
+        let upright = Posture::of(Vector2::zeros());
+        let mass = upright.mass_diagonal(arm);
+        let slope = upright.gravity_slope(arm);
+        let (kp, kd) = (
+            mass.component_mul(&self.kp),
+            mass.component_mul(&self.kd) - Vector2::new(arm.b1, arm.b2),
+        );
+        let o = T::zero();
+        #[rustfmt::skip]
+        let gain = Matrix2x4::new(
+            kp.x - slope.m11, -slope.m12, kd.x, o,
+            -slope.m21, kp.y - slope.m22, o, kd.y,
+        );
+        gain
     }
 
     /// The torque in N m for the state and the reference of one instant.

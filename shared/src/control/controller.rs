@@ -4,7 +4,7 @@ use super::{ComputedTorque, Demand, Lqr, Reference};
 use crate::arm::{Parameters, Posture, State};
 use crate::check_word::{CheckWord, Checked};
 use crate::real::Real;
-use nalgebra::Vector2;
+use nalgebra::{Matrix2x4, Vector2};
 
 /// From state and reference to torque.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,6 +35,15 @@ impl<T: Real> Controller<T> {
                 Posture::of(reference.q).inverse_dynamics(arm, reference.dq, reference.ddq)
             }
             Self::ComputedTorque(_) => Vector2::zeros(),
+        }
+    }
+
+    /// The gain K that the law has upright: rows are torques, columns both angles, then both
+    /// speeds.
+    pub fn upright_gain(&self, arm: &Parameters<T>) -> Matrix2x4<T> {
+        match self {
+            Self::StateFeedback(lqr) => lqr.gain,
+            Self::ComputedTorque(law) => law.upright_gain(arm),
         }
     }
 

@@ -17,6 +17,10 @@ use crate::design::riccati;
 use crate::real::Real;
 use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
 
+/// Largest weight: far more than any arm needs, and little enough for the gain's design in
+/// single precision.
+pub const WEIGHT_MAX: f64 = 1e6;
+
 /// Diagonals of the cost, equation (8).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights<T> {
@@ -27,6 +31,13 @@ pub struct Weights<T> {
 }
 
 impl<T: Real> Weights<T> {
+    /// Whether none is beyond [`WEIGHT_MAX`], or not a number.
+    pub fn is_valid(&self) -> bool {
+        let limit = T::lit(WEIGHT_MAX);
+        let mut all = self.q.iter().chain(&self.r);
+        all.all(|weight| weight.abs() <= limit)
+    }
+
     /// Equation (8): Q = diag(15, 15, 1, 1), R = diag(10, 10).
     pub fn paper() -> Self {
         let [angle, speed, torque] = [15.0, 1.0, 10.0].map(T::lit);

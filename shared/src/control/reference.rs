@@ -1,6 +1,7 @@
 //! Reference of the arm at an instant.
 
 use crate::arm::State;
+use crate::check_word::checked;
 use crate::real::Real;
 use nalgebra::Vector2;
 
@@ -14,6 +15,8 @@ pub struct Reference<T> {
     /// Joint accelerations in rad/s^2.
     pub ddq: Vector2<T>,
 }
+
+checked!(Reference<T> { q, dq, ddq });
 
 impl<T: Real> Reference<T> {
     /// Rest at these angles.

@@ -81,11 +81,15 @@ impl ControlLoop {
             let forward_nm = before.control.feed_forward(&reference);
             let demand = self.demand(before, &self.estimate.state(), &reference, forward_nm);
             self.estimate = config.control.estimator.take_over(&self.estimate);
+            if config.control.integral.is_none() {
+                self.integral_nm = Vector2::zeros();
+            }
             self.fade_from(config, demand.torque_nm, &reference);
         } else {
             self.is_fresh = true;
             self.estimate = config.control.estimator.at_rest(Vector2::zeros());
             self.bump_nm = Vector2::zeros();
+            self.integral_nm = Vector2::zeros();
         }
         if before.period_us() != config.period_us() {
             self.reset_monitors();
@@ -182,7 +186,7 @@ impl ControlLoop {
     /// The reason for the refusal of the point.
     pub fn with_point(&self, point: Point<f32>, now: Instant) -> Result<ReferenceSource, Refusal> {
         let mut source = self.present_source(now);
-        source.push(now.us, point)?;
+        source.push(now.acts_us, point)?;
         Ok(source)
     }
 

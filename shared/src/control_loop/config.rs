@@ -12,7 +12,7 @@
 //! within [`CHECK_US`].
 
 use core::num::NonZeroU32;
-use nalgebra::Vector2;
+use nalgebra::{Matrix2x4, SMatrix, Vector2};
 
 use super::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
 use super::monitors::{JointBalance, MonitorConfig};
@@ -21,10 +21,10 @@ use crate::actuator::Joint;
 use crate::arm::{Discrete, Parameters, Posture, State};
 use crate::check_word::{CheckWord, Checked};
 use crate::control::{
-    ComputedTorque, Controller, DryFriction, Lqr, Tuning, Weights, computed_torque,
+    ComputedTorque, Controller, DryFriction, IntegralAction, Lqr, Tuning, Weights, computed_torque,
 };
-use crate::design::stability;
-use crate::estimate::{Config, Estimator};
+use crate::design::stability::{self, Eigenvalue};
+use crate::estimate::{self, Config, Estimator};
 use crate::link::limits::Limits;
 use crate::link::message::{self, Gains, Refusal, Settings, Setup};
 
@@ -68,6 +68,7 @@ pub struct ControlConfig {
     /// Whether the estimator's model has dry friction and so gets the whole torque.
     pub(super) knows_friction: bool,
     pub(super) controller: Controller<f32>,
+    pub(super) integral: Option<IntegralAction<f32>>,
     pub(super) friction: DryFriction<f32>,
     /// Factor of the torque offset per period.
     pub(super) fade: f32,
@@ -218,7 +219,20 @@ impl ControlConfig {
         let estimator = setup
             .estimator
             .build(&arm, period_s)
-            .map_err(|_| Refusal::OutOfRange)?;
+            .map_err(|error| match error {
+                estimate::Error::Unstable(Eigenvalue { re, im }) => {
+                    Refusal::UnstableObserver { re, im }
+                }
+                _ => Refusal::OutOfRange,
+            })?;
+        let model = arm.linearise(Vector2::zeros()).zero_order_hold(period_s);
+        let controller = controller(setup, &model, period_s)?;
+        let integral = integral(
+            setup.integral,
+            &controller.upright_gain(&arm),
+            &model,
+            period_s,
+        )?;
         let knows_friction =
             matches!(setup.estimator, Config::Kalman(tuning) if tuning.coulomb_nm > 0.0);
         let mut config = Self {
@@ -227,7 +241,8 @@ impl ControlConfig {
             joints: setup.joints,
             estimator,
             knows_friction,
-            controller: controller(setup, &arm, period_s)?,
+            controller,
+            integral,
             friction: DryFriction::of(setup.friction_nm),
             fade: FADE_S / (period_s + FADE_S),
             checks: [CheckWord::compute(&0_u32); SECTIONS as usize - 1],
@@ -257,6 +272,7 @@ impl ControlConfig {
             }
             _ => {
                 self.controller.check(&mut sum);
+                self.integral.check(&mut sum);
                 self.friction.check(&mut sum);
             }
         }
@@ -271,13 +287,12 @@ impl ControlConfig {
 
 fn controller(
     setup: &Setup,
-    arm: &Parameters<f32>,
+    model: &Discrete<f32>,
     period_s: f32,
 ) -> Result<Controller<f32>, Refusal> {
     match setup.controller {
         message::Controller::StateFeedback(gains) => {
-            let model = arm.linearise(Vector2::zeros()).zero_order_hold(period_s);
-            state_feedback(gains, &model).map(Controller::StateFeedback)
+            state_feedback(gains, model).map(Controller::StateFeedback)
         }
         message::Controller::ComputedTorque {
             natural_rad_s,
@@ -308,14 +323,41 @@ fn state_feedback(gains: Gains, model: &Discrete<f32>) -> Result<Lqr<f32>, Refus
         // Designed for one period, so it is checked for the running one.
         Gains::Paper => Lqr::paper(),
         Gains::Design { q, r } => {
-            return Lqr::design(model, &Weights { q, r }).map_err(|_| Refusal::NoGains);
+            let weights = Weights { q, r };
+            if !weights.is_valid() {
+                return Err(Refusal::OutOfRange);
+            }
+            return Lqr::design(model, &weights).map_err(|_| Refusal::NoGains);
         }
         Gains::Given([first, second]) => Lqr::of_rows(first, second),
     };
-    let closed = model.a - model.b * lqr.gain;
-    let eigenvalue = stability::dominant(&closed).ok_or(Refusal::OutOfRange)?;
+    decays(&(model.a - model.b * lqr.gain))?;
+    Ok(lqr)
+}
+
+/// Integral action with these gains, if any is not 0 and the loop with it is stable.
+fn integral(
+    gains: [f32; JOINTS],
+    feedback: &Matrix2x4<f32>,
+    model: &Discrete<f32>,
+    period_s: f32,
+) -> Result<Option<IntegralAction<f32>>, Refusal> {
+    if gains == [0.0; JOINTS] {
+        return Ok(None);
+    }
+    if !gains.iter().all(|gain| *gain >= 0.0) {
+        return Err(Refusal::OutOfRange);
+    }
+    let integral = IntegralAction::new(gains, period_s);
+    decays(&integral.closed_loop(model, feedback))?;
+    Ok(Some(integral))
+}
+
+/// Refuses a closed loop that grows.
+fn decays<const N: usize>(closed: &SMatrix<f32, N, N>) -> Result<(), Refusal> {
+    let eigenvalue = stability::dominant(closed).ok_or(Refusal::OutOfRange)?;
     if eigenvalue.radius() < 1.0 {
-        Ok(lqr)
+        Ok(())
     } else {
         Err(Refusal::Unstable {
             re: eigenvalue.re,

@@ -27,9 +27,11 @@ pub const CHECK_PERIOD_MAX_US: u32 = 10_000;
 
 /// Bounds of a motion. Speed: two thirds of an AX-12A's 59 rpm without load.
 /// Acceleration: that of 0.0307 kg m^2 under 1.18 N m, the least that equation (5) gives
-/// at full PWM, when 0.57 N m hold the arm level.
+/// at full PWM, when 0.57 N m hold the arm level. Jerk: acceleration builds up in 5 ms and
+/// turns over in 10, so that a torque does not jump from one tick to the next.
 pub const MOTION: Bounds<f32> = Bounds {
     angle_rad: REFERENCE_MAX_RAD,
     speed_rad_s: 4.0,
     acceleration_rad_s2: 20.0,
+    jerk_rad_s3: 4_000.0,
 };

@@ -125,6 +125,8 @@ pub struct ControlLoop {
     experiment: ActiveExperiment,
     /// Torque offset since the set-up was replaced, which fades out.
     bump_nm: Vector2<f32>,
+    /// Torque of the integral action.
+    integral_nm: Vector2<f32>,
     feed_forward: FeedForward,
     /// Estimate, reference and command of the last tick.
     state: State<f32>,
@@ -145,6 +147,7 @@ impl ControlLoop {
             source: ReferenceSource::hold(upright),
             experiment: ActiveExperiment::default(),
             bump_nm: Vector2::zeros(),
+            integral_nm: Vector2::zeros(),
             feed_forward: FeedForward::none(),
             state: State::at_rest(upright),
             reference: Reference::at_rest(upright),
@@ -198,7 +201,13 @@ impl ControlLoop {
             is_armed,
         });
         // The command of this tick acts from the next samples on.
-        let ahead = self.predict(config, &posture, &input.in_force);
+        let known_nm = if status.drives_motors() || input.in_force != ActuatorCommand::OFF {
+            config.control.known_torque(&input.in_force)
+        } else {
+            // The arm rests on something: a model that falls would estimate a speed there.
+            gravity_nm
+        };
+        let ahead = self.predict(config, &posture, known_nm);
         let mut reference = self.source.at(input.acts_us);
         let mut experiment_end = None;
         if status.is_driven() && self.drive() == Drive::Experiment {
@@ -229,6 +238,7 @@ impl ControlLoop {
             Some(check) => check.demand(),
             None => is_driven.then(|| self.drive_demand(config, &ahead, &reference)),
         };
+        let demand_nm = demand.map(|demand| demand.torque_nm);
         let command = self
             .command(
                 config,
@@ -242,6 +252,8 @@ impl ControlLoop {
                 status.trip(violation);
                 ActuatorCommand::OFF
             });
+        let lag_rad = reference.q - ahead.q;
+        self.integrate(config, is_driven, lag_rad, demand_nm, &command);
         (self.state, self.reference, self.command) = (state, reference, command);
         TickOutput {
             command,
@@ -294,20 +306,15 @@ impl ControlLoop {
         }
     }
 
-    /// The state at the next samples, until which `in_force` acts.
+    /// The state at the next samples, until which this torque acts.
     fn predict(
         &mut self,
         config: &LoopConfig,
         posture: &Posture<f32>,
-        in_force: &ActuatorCommand,
+        known_nm: Vector2<f32>,
     ) -> State<f32> {
         let control = &config.control;
         self.bump_nm *= control.fade;
-        let known_nm = if control.knows_friction {
-            in_force.total_nm()
-        } else {
-            in_force.torque_nm
-        };
         control
             .estimator
             .advance_from(&control.arm, posture, &mut self.estimate, known_nm)

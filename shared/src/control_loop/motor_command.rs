@@ -12,7 +12,35 @@ use crate::link::message::{Drive, Fault, Guards};
 use nalgebra::Vector2;
 
 impl ControlLoop {
-    /// Controller output and torque offset, less the estimated disturbance.
+    /// Torque of the integral action in the next tick, after this one in which the reference
+    /// is `lag_rad` ahead of the arm. There is none before a controller drives the arm.
+    pub(super) fn integrate(
+        &mut self,
+        config: &LoopConfig,
+        is_driven: bool,
+        lag_rad: Vector2<f32>,
+        demand_nm: Option<Vector2<f32>>,
+        command: &ActuatorCommand,
+    ) {
+        let control = &config.control;
+        let Some(integral) = &control.integral else {
+            return;
+        };
+        let is_controlled = is_driven && self.drive() != Drive::Torque;
+        self.integral_nm = match demand_nm {
+            Some(demand_nm) if is_controlled => integral.next(
+                self.integral_nm,
+                lag_rad,
+                demand_nm - command.total_nm(),
+                // A count of PWM.
+                [0, 1].map(|joint| 1.0 / control.joints[joint].gain_counts_per_nm.abs()),
+                config.limits().torque_nm,
+            ),
+            Some(_) | None => Vector2::zeros(),
+        };
+    }
+
+    /// Controller output, integral action and torque offset, less the estimated disturbance.
     pub(super) fn demand(
         &self,
         config: &LoopConfig,
@@ -22,7 +50,8 @@ impl ControlLoop {
     ) -> Demand {
         let demand = config.control.demand(state, reference, forward_nm);
         Demand {
-            torque_nm: demand.torque_nm + self.bump_nm - self.estimate.disturbance(),
+            torque_nm: demand.torque_nm + self.integral_nm + self.bump_nm
+                - self.estimate.disturbance(),
             ..demand
         }
     }

@@ -102,6 +102,15 @@ impl ControlConfig {
         self.controller.feed_forward(&self.arm, reference)
     }
 
+    /// The torque in N m of a command that the estimator's model has no friction against.
+    pub(super) fn known_torque(&self, in_force: &ActuatorCommand) -> Vector2<f32> {
+        if self.knows_friction {
+            in_force.total_nm()
+        } else {
+            in_force.torque_nm
+        }
+    }
+
     /// Controller output for state, reference and feed-forward of one instant, before the
     /// estimated disturbance is subtracted.
     pub(super) fn demand(

@@ -12,7 +12,7 @@ use super::limits::MOTION;
 use crate::check_word::{CheckWord, Checked, checked};
 use crate::control::Reference;
 use crate::control::trajectory::stream::{self, Point, Stream};
-use crate::control::trajectory::{self, Trajectory};
+use crate::control::trajectory::{self, Peak, Trajectory};
 use crate::link::message::Refusal;
 use nalgebra::Vector2;
 
@@ -180,12 +180,13 @@ impl ReferenceSource {
         self.clone().at(u64::MAX).q
     }
 
-    /// Takes a streamed point; a stream replaces any motion.
+    /// Takes a streamed point; a stream replaces any motion. The next reference is that at
+    /// `acts_us`.
     ///
     /// # Errors
     /// The reason for the refusal of the point.
-    pub fn push(&mut self, now_us: u64, point: Point<f32>) -> Result<(), Refusal> {
-        self.update(|plan| plan.push(now_us, point))
+    pub fn push(&mut self, acts_us: u64, point: Point<f32>) -> Result<(), Refusal> {
+        self.update(|plan| plan.push(acts_us, point))
     }
 
     /// Turns a bit of a number, chosen by `draw`: for tests.
@@ -230,19 +231,19 @@ impl Plan {
         }
     }
 
-    fn push(&mut self, now_us: u64, point: Point<f32>) -> Result<(), Refusal> {
+    fn push(&mut self, acts_us: u64, point: Point<f32>) -> Result<(), Refusal> {
         let push = |stream: &mut Stream<f32>| {
-            let pushed = stream.push(now_us, point);
+            let pushed = stream.push(acts_us, point);
             pushed.map_err(|error| stream_refusal(&error))
         };
         match &mut self.source {
             Source::Streamed(_) if self.next.is_some() => Err(Refusal::Busy),
             Source::Streamed(stream) => push(stream),
             Source::Setpoint(_) | Source::Planned(_) => {
-                self.advance(now_us);
-                let from = self.at(now_us);
+                self.advance(acts_us);
+                let from = self.at(acts_us);
                 let mut stream =
-                    Stream::new(&from, now_us, &MOTION).map_err(|error| refusal(&error))?;
+                    Stream::new(&from, acts_us, &MOTION).map_err(|error| refusal(&error))?;
                 push(&mut stream)?;
                 self.source = Source::Streamed(stream);
                 self.next = None;
@@ -255,28 +256,27 @@ impl Plan {
 /// The refusal of a motion for this planning error.
 pub fn refusal(error: &trajectory::Error<f32>) -> Refusal {
     match error {
-        trajectory::Error::Exceeds(peak) | trajectory::Error::NoDuration(peak) => Refusal::Beyond {
-            joint: peak.joint as u8,
-            quantity: peak.quantity,
-            value: peak.value,
-        },
+        trajectory::Error::Exceeds(peak) | trajectory::Error::NoDuration(peak) => beyond(peak),
         _ => Refusal::OutOfRange,
     }
 }
 
+fn beyond(peak: &Peak<f32>) -> Refusal {
+    Refusal::Beyond {
+        joint: peak.joint as u8,
+        quantity: peak.quantity,
+        value: peak.value,
+        limit: peak.limit,
+    }
+}
+
 fn stream_refusal(error: &stream::Error<f32>) -> Refusal {
-    match *error {
+    match error {
         stream::Error::NotFinite => Refusal::OutOfRange,
-        stream::Error::Late | stream::Error::Order => Refusal::Late,
-        stream::Error::Full => Refusal::Busy,
-        stream::Error::Exceeds {
-            joint,
-            quantity,
-            value,
-        } => Refusal::Beyond {
-            joint: joint as u8,
-            quantity,
-            value,
+        stream::Error::Late { by_us } => Refusal::Late {
+            by_us: u32::try_from(*by_us).unwrap_or(u32::MAX),
         },
+        stream::Error::Full => Refusal::Busy,
+        stream::Error::Exceeds(peak) => beyond(peak),
     }
 }

@@ -123,6 +123,11 @@ impl TickStatus {
         )
     }
 
+    /// Whether a motor may be on in the next tick.
+    pub(super) fn drives_motors(&self) -> bool {
+        matches!(self.permission, Permission::MotorCheck | Permission::Drive)
+    }
+
     pub(super) fn is_driven(&self) -> bool {
         self.permission == Permission::Drive
     }

@@ -17,11 +17,15 @@
 //! is the 2 x 2 block of one joint, see
 //! [`Discrete::joints`](crate::arm::Discrete::joints).
 
+use super::stability::Eigenvalue;
 use crate::real::Real;
 use nalgebra::{ComplexField, Matrix2, Vector2};
+use postcard::experimental::max_size::MaxSize;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
 
 /// The two poles of one joint's observer, in z.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub enum Poles<T> {
     /// Two real poles.
     Real(T, T),
@@ -49,7 +53,30 @@ pub enum Error {
     NotInvertible,
 }
 
+impl<T> Poles<T> {
+    /// The same poles in another precision.
+    pub fn map<U>(self, convert: impl Fn(T) -> U) -> Poles<U> {
+        match self {
+            Self::Real(p1, p2) => Poles::Real(convert(p1), convert(p2)),
+            Self::Conjugate { re, im } => Poles::Conjugate {
+                re: convert(re),
+                im: convert(im),
+            },
+        }
+    }
+}
+
 impl<T: Real> Poles<T> {
+    /// The larger of them.
+    pub fn dominant(self) -> Eigenvalue<T> {
+        let (re, im) = match self {
+            Self::Real(p1, p2) if p1.abs() < p2.abs() => (p2, T::zero()),
+            Self::Real(p1, _) => (p1, T::zero()),
+            Self::Conjugate { re, im } => (re, im.abs()),
+        };
+        Eigenvalue { re, im }
+    }
+
     /// The poles that decay as fast in time when the period is `to_s` instead
     /// of `from_s`: `p^(to/from)`.
     ///

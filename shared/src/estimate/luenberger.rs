@@ -8,14 +8,15 @@
 //! With `L = A Lc` the predictions x- are those of (11), see
 //! [`placement`].
 
+use super::Error;
 use super::joint_estimate::Estimate;
 use super::model::Model;
 use crate::JOINTS;
 use crate::arm::{Discrete, Parameters, Posture, State};
 use crate::check_word::{CheckWord, Checked, checked};
-use crate::design::placement;
+use crate::design::{placement, stability};
 use crate::real::Real;
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -57,6 +58,27 @@ impl<T: Real> Luenberger<T> {
     /// asked for.
     pub fn new(model: Model<T>, gains: [Vector2<T>; JOINTS], form: Form) -> Self {
         Self { model, gains, form }
+    }
+
+    /// With gains given outright, see [`Config::Gain`](super::Config::Gain).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unstable`] unless the error decays, [`Error::Placement`] for a gain that is
+    /// not finite or has no current form.
+    pub fn given(model: Model<T>, gains: [[T; 2]; JOINTS], form: Form) -> Result<Self, Error<T>> {
+        let joints = model.joints();
+        let [first, second] = gains.map(Vector2::from);
+        let gains = [
+            stable_current(&joints[0], first, form)?,
+            stable_current(&joints[1], second, form)?,
+        ];
+        Ok(Self::new(model, gains, form))
+    }
+
+    /// Current-form gains on angle and speed, for each joint.
+    pub fn gains(&self) -> [Vector2<T>; JOINTS] {
+        self.gains
     }
 
     /// The paper's observer: model (7) and gain (12), both as printed.
@@ -108,5 +130,27 @@ impl<T: Real> Luenberger<T> {
         let state = self.model.step(arm, posture, &estimate.state(), torque);
         estimate.set(&state);
         state
+    }
+}
+
+/// The current form of a joint's gain, if the error of its predictions decays by
+/// `A (1 - Lc C)`.
+fn stable_current<T: Real>(
+    a: &Matrix2<T>,
+    gain: Vector2<T>,
+    form: Form,
+) -> Result<Vector2<T>, Error<T>> {
+    let current = match form {
+        Form::Current => gain,
+        Form::Prediction => placement::to_current(a, gain).map_err(Error::Placement)?,
+    };
+    let by_sample = a * current;
+    let error = a - Matrix2::new(by_sample.x, T::zero(), by_sample.y, T::zero());
+    let eigenvalue = stability::dominant(&error);
+    let eigenvalue = eigenvalue.ok_or(Error::Placement(placement::Error::NotFinite))?;
+    if eigenvalue.radius() < T::one() {
+        Ok(current)
+    } else {
+        Err(Error::Unstable(eigenvalue))
     }
 }

@@ -52,6 +52,7 @@ use crate::JOINTS;
 use crate::arm::{Parameters, Posture, State};
 use crate::check_word::{CheckWord, Checked};
 use crate::design::placement::{self, Poles};
+use crate::design::stability::Eigenvalue;
 use crate::real::Real;
 use nalgebra::Vector2;
 use postcard::experimental::max_size::MaxSize;
@@ -70,17 +71,26 @@ pub enum Config<T> {
     Luenberger {
         /// When a sample begins to show.
         form: Form,
-        /// Two real poles in 0..1 for each joint, as at 45 ms, the period of
-        /// the paper; they are mapped to the running period.
-        poles_45ms: [[T; 2]; JOINTS],
+        /// Two poles inside the unit circle for each joint, real ones not negative, as at
+        /// 45 ms, the period of the paper; they are mapped to the running period.
+        poles_45ms: [Poles<T>; JOINTS],
+    },
+    /// Observer (11) with a gain given outright for the running period.
+    Gain {
+        /// When a sample begins to show.
+        form: Form,
+        /// The gain L of each joint on its angle and, in 1/s, on its speed; refused unless the
+        /// error decays. That of equation (11) in the prediction form, and
+        /// [`to_current`](placement::to_current) of it in the current form.
+        gain: [[T; 2]; JOINTS],
     },
     /// Extended Kalman filter with disturbance torques.
     Kalman(Tuning<T>),
 }
 
 /// Reason why an estimator cannot be built.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Error {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Error<T> {
     /// The period is not positive, or not finite.
     Period,
     /// The filter's time constant is negative, or not finite.
@@ -89,6 +99,8 @@ pub enum Error {
     Noise,
     /// The observer's poles cannot be placed.
     Placement(placement::Error),
+    /// The observer's error would not decay: its largest eigenvalue.
+    Unstable(Eigenvalue<T>),
 }
 
 impl<T: Real> Config<T> {
@@ -98,10 +110,18 @@ impl<T: Real> Config<T> {
     /// Slower poles are quieter, but take dry friction for motion and soften
     /// the arm; faster ones pass more noise on to the torque.
     pub fn standing() -> Self {
-        let poles = [T::lit(0.05), T::lit(0.06)];
+        let poles = Poles::Real(T::lit(0.05), T::lit(0.06));
         Self::Luenberger {
             form: Form::Current,
             poles_45ms: [poles; JOINTS],
+        }
+    }
+
+    /// The paper's gain (12) as printed, meant for 45 ms.
+    pub fn paper_gain() -> Self {
+        Self::Gain {
+            form: Form::Prediction,
+            gain: [[0.29, 0.72], [0.34, 0.34]].map(|gain| gain.map(T::lit)),
         }
     }
 
@@ -115,7 +135,7 @@ impl<T: Real> Config<T> {
     /// # Errors
     ///
     /// See [`Error`].
-    pub fn build(&self, arm: &Parameters<T>, period_s: T) -> Result<Estimator<T>, Error> {
+    pub fn build(&self, arm: &Parameters<T>, period_s: T) -> Result<Estimator<T>, Error<T>> {
         /// The period for which the paper chose poles, in s.
         const POLE_PERIOD_S: f64 = 0.045;
 
@@ -136,16 +156,22 @@ impl<T: Real> Config<T> {
                 .ok_or(Error::Noise),
             Self::Luenberger { form, poles_45ms } => {
                 let [a1, a2] = model.joints();
-                let gain = |a, [p1, p2]: [T; 2]| {
-                    Poles::Real(p1, p2)
+                let gain = |a, poles: Poles<T>| {
+                    let poles = poles
                         .at_period(T::lit(POLE_PERIOD_S), period_s)
-                        .and_then(|poles| placement::current_gain(a, poles))
-                        .map_err(Error::Placement)
+                        .map_err(Error::Placement)?;
+                    placement::current_gain(a, poles).map_err(|error| match error {
+                        placement::Error::Unstable => Error::Unstable(poles.dominant()),
+                        other => Error::Placement(other),
+                    })
                 };
                 let [poles_1, poles_2] = poles_45ms;
                 let gains = [gain(&a1, poles_1)?, gain(&a2, poles_2)?];
                 let observer = Luenberger::new(model, gains, form);
                 Ok(Estimator::Luenberger(observer))
+            }
+            Self::Gain { form, gain } => {
+                Luenberger::given(model, gain, form).map(Estimator::Luenberger)
             }
         }
     }

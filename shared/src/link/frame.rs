@@ -21,11 +21,20 @@ const VERSION: u8 = 1;
 const HEADER: usize = 4;
 const CRC_LEN: usize = 4;
 
+/// Bytes that valid settings, the longest message, are shorter than their types allow: the
+/// period has 3 bytes of 5, and ten numbers of the limits, below 2^14, have 2 of 3. A board
+/// has, and so sends, no others.
+const SPARED: usize = 2 + 10;
+
 /// Longest frame of any message, terminator included: COBS adds a byte, and
 /// another for every 254.
 pub const MAX: usize = {
     let (board, host) = (ToBoard::POSTCARD_MAX_SIZE, ToHost::POSTCARD_MAX_SIZE);
-    let plain = HEADER + CRC_LEN + if board > host { board } else { host };
+    assert!(
+        board + SPARED <= host,
+        "the settings are a message to the host"
+    );
+    let plain = HEADER + CRC_LEN + host - SPARED;
     plain + 1 + plain / 254 + 1
 };
 

@@ -263,11 +263,17 @@ pub enum Refusal {
         quantity: Quantity,
         /// Value, in the quantity's unit.
         value: f32,
+        /// Bound of its magnitude.
+        limit: f32,
     },
     /// An experiment is invalid, or cannot begin from the present state.
     Experiment(Objection),
-    /// A streamed point came too late, or not in order.
-    Late,
+    /// The time of a streamed point is not a tick, 1 ms at least, after that of the point
+    /// before it and of the next reference.
+    Late {
+        /// How much later it would have to be, in µs.
+        by_us: u32,
+    },
     /// A number is not finite or outside its range.
     OutOfRange,
     /// No gains exist for this set-up: the Riccati iteration did not converge.
@@ -279,7 +285,14 @@ pub enum Refusal {
         /// Imaginary part, in z; its conjugate is one too.
         im: f32,
     },
-    /// A command queue is full; send it again.
+    /// The observer's error would grow: its largest eigenvalue.
+    UnstableObserver {
+        /// Real part, in z.
+        re: f32,
+        /// Imaginary part, in z; its conjugate is one too.
+        im: f32,
+    },
+    /// A queue is full, that of commands or that of a stream's points: send it again.
     Busy,
 }
 

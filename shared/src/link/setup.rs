@@ -18,6 +18,9 @@ pub struct Setup {
     pub controller: Controller,
     /// Estimator, from samples to state.
     pub estimator: Config<f32>,
+    /// Integral action of the controller: torque in N m per rad s of angle error, joint by
+    /// joint; 0 for none. Refused unless the loop with it is stable upright.
+    pub integral: [f32; JOINTS],
     /// Torque in N m added against dry friction, joint by joint; 0 for none.
     pub friction_nm: [f32; JOINTS],
     /// Model of the arm for controller and estimator.
@@ -47,6 +50,7 @@ impl Default for Setup {
                 r: [10.0, 10.0],
             }),
             estimator: Config::standing(),
+            integral: [0.0; JOINTS],
             friction_nm: [0.0; JOINTS],
             arm: Parameters::paper(),
             joints: [Joint::paper(); JOINTS],

@@ -46,8 +46,8 @@ const CRC_LEN: usize = 4;
 const HASH_LEN: usize = 8;
 const GROUP_HEADER: usize = 1 + HASH_LEN + 2;
 
-/// Period, controller, estimator and friction compensation.
-type ControlGroup = (u32, Controller, Config<f32>, [f32; JOINTS]);
+/// Period, controller, its integral action, estimator and friction compensation.
+type ControlGroup = (u32, Controller, [f32; JOINTS], Config<f32>, [f32; JOINTS]);
 /// Calibration of the servos.
 type JointsGroup = [Joint<f32>; JOINTS];
 
@@ -152,8 +152,10 @@ impl<'a> Record<'a> {
         let mut lost = SettingsGroups::NONE;
         match self.group(Tag::Control)? {
             Some(control) => {
-                let (period_us, controller, estimator, friction_nm): ControlGroup = control;
+                let (period_us, controller, integral, estimator, friction_nm): ControlGroup =
+                    control;
                 (setup.period_us, setup.controller) = (period_us, controller);
+                setup.integral = integral;
                 (setup.estimator, setup.friction_nm) = (estimator, friction_nm);
             }
             None => lost = lost.or(SettingsGroups::CONTROL),
@@ -237,6 +239,7 @@ pub(super) fn encode_settings(settings: &Settings, generation: u32) -> Option<By
     let control: ControlGroup = (
         setup.period_us,
         setup.controller,
+        setup.integral,
         setup.estimator,
         setup.friction_nm,
     );

@@ -236,6 +236,7 @@ impl Random {
             joint: 1,
             quantity: Quantity::Speed,
             value: self.real(),
+            limit: self.real(),
         };
         let unstable = Refusal::Unstable {
             re: self.real(),

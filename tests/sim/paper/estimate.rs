@@ -2,7 +2,8 @@
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Discrete, Parameters, State};
-use armbridge_shared::design::placement;
+use armbridge_shared::design::placement::Poles;
+use armbridge_shared::design::stability::Eigenvalue;
 use armbridge_shared::estimate::{Config, Error, Estimator, Form, Luenberger};
 use nalgebra::{Matrix2x4, Matrix4x2, Vector2, Vector4};
 
@@ -132,7 +133,7 @@ fn an_estimator_that_cannot_be_is_refused_by_name() {
         refused(Config::FiniteDifference { filter_s }, 0.001),
         Error::Filter
     );
-    let poles_45ms = [[0.1, 0.2], [0.1, 1.0]];
+    let poles_45ms = [Poles::Real(0.1, 0.2), Poles::Real(0.1, 1.0)];
     assert_eq!(
         refused(
             Config::Luenberger {
@@ -141,6 +142,6 @@ fn an_estimator_that_cannot_be_is_refused_by_name() {
             },
             0.001
         ),
-        Error::Placement(placement::Error::Unstable)
+        Error::Unstable(Eigenvalue { re: 1.0, im: 0.0 })
     );
 }

@@ -2,6 +2,7 @@
 
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US, REFERENCE_MAX_RAD};
+use armbridge_shared::design::placement::Poles;
 use armbridge_shared::estimate::{Config, Form, Tuning};
 use armbridge_shared::link::limits::hard;
 use armbridge_shared::link::message::{Command, Controller, Gains, Hello, Limits, Setup, ToBoard};
@@ -57,12 +58,20 @@ fn setup(random: &mut Random) -> Setup {
                 setup.estimator = Config::FiniteDifference { filter_s };
             }
             4 => {
-                let poles_45ms = [nasty(random), nasty(random)];
+                let poles_45ms = [0, 1].map(|_| {
+                    let [a, b] = nasty(random);
+                    if random.once_in(2) {
+                        Poles::Real(a, b)
+                    } else {
+                        Poles::Conjugate { re: a, im: b }
+                    }
+                });
                 setup.estimator = Config::Luenberger {
                     form: Form::Current,
                     poles_45ms,
                 };
             }
+            5 if random.once_in(2) => setup.integral = nasty(random),
             5 => setup.friction_nm = nasty(random),
             6 => {
                 let gain = [nasty(random), nasty(random)];
@@ -207,10 +216,14 @@ pub(super) fn is_acceptable(command: &Command) -> bool {
         Command::Configure(setup) => {
             let estimator_is_stable = match setup.estimator {
                 Config::FiniteDifference { filter_s } => filter_s.is_finite() && filter_s >= 0.0,
-                Config::Luenberger { poles_45ms, .. } => poles_45ms
-                    .iter()
-                    .flatten()
-                    .all(|pole| (0.0..1.0).contains(pole)),
+                Config::Luenberger { poles_45ms, .. } => poles_45ms.iter().all(|poles| {
+                    let real = |pole| (0.0..1.0).contains(&pole);
+                    match *poles {
+                        Poles::Real(a, b) => real(a) && real(b),
+                        Poles::Conjugate { re, im } => re.hypot(im) < 1.0,
+                    }
+                }),
+                Config::Gain { gain, .. } => finite(gain.as_flattened()),
                 Config::Kalman(tuning) => finite(&[
                     tuning.angle_rad,
                     tuning.acceleration,
@@ -232,6 +245,7 @@ pub(super) fn is_acceptable(command: &Command) -> bool {
                 && estimator_is_stable
                 && gains_are_finite
                 && within(&setup.friction_nm, 1.0)
+                && setup.integral.iter().all(|gain| *gain >= 0.0)
                 && setup.arm.is_valid()
                 && setup.joints.iter().all(Joint::is_valid)
         }

@@ -1,7 +1,7 @@
 //! Arm, estimator and gain about upright as one linear system.
 //!
 //! The state s is the arm's [q1, q2, dq1, dq2], followed by up to four states of each
-//! joint's estimator. With v the torque that acts and u the requested torque,
+//! joint's estimator and the torque of each joint's integral action. With v the torque that acts and u the requested torque,
 //!
 //! ```text
 //! s(k+1) = open s(k) + input v(k)        u(k) = -output s(k)
@@ -13,14 +13,15 @@
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Discrete, Linear, Parameters};
-use armbridge_shared::control::{Lqr, Weights};
-use armbridge_shared::design::placement::{self, Poles};
+use armbridge_shared::control::{IntegralAction, Lqr, Weights};
 use armbridge_shared::estimate::{Config, Estimator, Kalman, Tuning};
 use armbridge_shared::link::message::{Controller, Gains, Refusal, Setup};
 use nalgebra::{Matrix2, Matrix2x4, Matrix4, SMatrix, Vector2, Vector3, Vector4};
 
 /// Dimension of the state.
-pub(super) const STATES: usize = 4 + JOINTS * MEMORY;
+pub(super) const STATES: usize = INTEGRAL + JOINTS;
+/// First state of the integral action.
+const INTEGRAL: usize = 4 + JOINTS * MEMORY;
 /// Largest dimension of one joint's estimator.
 const MEMORY: usize = 4;
 
@@ -35,6 +36,7 @@ pub(super) struct LinearLoop {
     pub(super) arm: Linear<f64>,
     pub(super) discrete: Discrete<f64>,
     pub(super) gain: Matrix2x4<f64>,
+    pub(super) integral: IntegralAction<f64>,
     pub(super) observers: [Observer; JOINTS],
     pub(super) open: Square,
     pub(super) input: Input,
@@ -95,6 +97,13 @@ impl LinearLoop {
             if observer.has_disturbance {
                 output[(joint, at + 2)] += 1.0;
             }
+            // u = -K x + w, and w grows against the predicted angle.
+            if setup.integral[joint] != 0.0 {
+                let at_integral = INTEGRAL + joint;
+                output[(joint, at_integral)] = -1.0;
+                open[(at_integral, at_integral)] = 1.0;
+                open[(at_integral, at)] = -f64::from(setup.integral[joint]) * period_s;
+            }
         }
         for (joint, observer) in observers.iter().enumerate() {
             let at = 4 + joint * MEMORY;
@@ -111,6 +120,7 @@ impl LinearLoop {
             arm,
             discrete,
             gain,
+            integral: IntegralAction::new(setup.integral.map(f64::from), period_s),
             observers,
             open,
             input,
@@ -156,16 +166,15 @@ impl Observer {
         b: Vector2<f64>,
     ) -> Result<Self, Refusal> {
         match setup.estimator {
-            Config::Luenberger { poles_45ms, .. } => {
-                let [p1, p2] = poles_45ms[joint].map(f64::from);
-                let gain = Poles::Real(p1, p2)
-                    .at_period(0.045, period_s)
-                    .and_then(|poles| placement::current_gain(&a, poles))
-                    .map_err(|_| Refusal::OutOfRange)?;
-                let mut step = Matrix4::zeros();
-                step.fixed_view_mut::<2, 2>(0, 0).copy_from(&a);
-                let gain = Vector4::new(gain.x, gain.y, 0.0, 0.0);
-                Ok(Self::current(&step, gain, b, false))
+            Config::Luenberger { form, poles_45ms } => {
+                let poles_45ms = poles_45ms.map(|poles| poles.map(f64::from));
+                let config = Config::Luenberger { form, poles_45ms };
+                Self::luenberger(&config, arm, period_s, joint, &a, b)
+            }
+            Config::Gain { form, gain } => {
+                let gain = gain.map(|row| row.map(f64::from));
+                let config = Config::Gain { form, gain };
+                Self::luenberger(&config, arm, period_s, joint, &a, b)
             }
             Config::Kalman(tuning) => {
                 let gain =
@@ -182,6 +191,25 @@ impl Observer {
                 Ok(Self::difference(&a, b, period_s, f64::from(filter_s)))
             }
         }
+    }
+
+    /// Observer with the gains that the board computes.
+    fn luenberger(
+        config: &Config<f64>,
+        arm: &Parameters<f64>,
+        period_s: f64,
+        joint: usize,
+        a: &Matrix2<f64>,
+        b: Vector2<f64>,
+    ) -> Result<Self, Refusal> {
+        let Ok(Estimator::Luenberger(observer)) = config.build(arm, period_s) else {
+            return Err(Refusal::OutOfRange);
+        };
+        let gain = observer.gains()[joint];
+        let mut step = Matrix4::zeros();
+        step.fixed_view_mut::<2, 2>(0, 0).copy_from(a);
+        let gain = Vector4::new(gain.x, gain.y, 0.0, 0.0);
+        Ok(Self::current(&step, gain, b, false))
     }
 
     /// Observer in current form: `m(k+1) = step (m + gain (y - m[0])) + b u`.

@@ -55,8 +55,9 @@ impl Poles {
         let discrete = &system.discrete;
         let poles = |z: &[Complex<f64>]| poles(z, system.period_s);
         if system.observers.iter().all(|observer| observer.is_separate) {
-            let regulated = discrete.a - discrete.b * system.gain;
             let error_poles = |observer: &Observer| poles(&error_eigenvalues(observer));
+            // The torque of a joint without integral action is a pole at 0.
+            let regulated = system.integral.closed_loop(discrete, &system.gain);
             Self {
                 controller: poles(regulated.complex_eigenvalues().as_slice()),
                 estimator: system.observers.iter().flat_map(error_poles).collect(),

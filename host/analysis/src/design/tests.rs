@@ -152,6 +152,10 @@ fn double(setup: &Setup) -> (Estimator<f64>, Law<f64>, Parameters<f64>) {
             form,
             poles_45ms: poles_45ms.map(|poles| poles.map(f64::from)),
         },
+        Config::Gain { form, gain } => Config::Gain {
+            form,
+            gain: gain.map(|row| row.map(f64::from)),
+        },
         Config::Kalman(tuning) => Config::Kalman(Tuning {
             angle_rad: f64::from(tuning.angle_rad),
             acceleration: f64::from(tuning.acceleration),

@@ -72,7 +72,7 @@ pub(crate) const JOINT_NAMES: [&str; JOINTS] = ["Joint 1", "Joint 2"];
 
 /// Reason why the paper's own numbers give no design; only a defect of the library can
 /// cause one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum DesignError {
     /// No LQR gain.
     #[error("no LQR gain for the paper's model: {0:?}")]
@@ -82,7 +82,7 @@ pub enum DesignError {
     Placement(placement::Error),
     /// No estimator.
     #[error("no estimator for the paper's period: {0:?}")]
-    Estimate(estimate::Error),
+    Estimate(estimate::Error<f64>),
     /// No pairing of the printed poles.
     #[error("no pairing of the paper's poles")]
     Pairing,
@@ -100,8 +100,8 @@ impl From<placement::Error> for DesignError {
     }
 }
 
-impl From<estimate::Error> for DesignError {
-    fn from(error: estimate::Error) -> Self {
+impl From<estimate::Error<f64>> for DesignError {
+    fn from(error: estimate::Error<f64>) -> Self {
         Self::Estimate(error)
     }
 }

@@ -95,6 +95,10 @@ pub enum Action {
     Stream(Vec<Point>),
 }
 
+/// Points of a stream sent ahead of time, of the eight that the board holds: the
+/// reference is interpolated between neighbours, and the link may be delayed.
+pub(crate) const STREAM_AHEAD: usize = 5;
+
 /// Point of a streamed reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {

@@ -2,11 +2,7 @@
 
 use armbridge_shared::link::message::Command;
 
-use super::plan::{Action, Point, Step};
-
-/// Points of a stream sent ahead of time, of the eight that the board buffers: the
-/// reference is interpolated between neighbours, and the link may be delayed.
-const AHEAD: usize = 5;
+use super::plan::{Action, Point, STREAM_AHEAD, Step};
 
 /// The item of the timeline that is due.
 #[derive(Debug)]
@@ -39,7 +35,7 @@ impl ActiveStream {
         self.points.get(self.next)?;
         let room = self
             .next
-            .checked_sub(AHEAD)
+            .checked_sub(STREAM_AHEAD)
             .and_then(|k| self.points.get(k));
         Some(self.begun_us + room.map_or(0, |point| point.after_us))
     }

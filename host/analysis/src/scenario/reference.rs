@@ -1,12 +1,12 @@
 //! Prediction of the reference by the board's planner.
 
-use armbridge_client::number_text::beside_limit;
+use armbridge_client::refusal_text;
 use armbridge_shared::bridge::limits::MOTION;
 use armbridge_shared::bridge::permits;
 use armbridge_shared::control::Reference;
 use armbridge_shared::control::trajectory::stream::{self, Point, Stream};
 use armbridge_shared::control::trajectory::{
-    DURATION_MAX_S, DURATION_MIN_S, Error, FREQUENCY_MAX_HZ, Peak, Quantity, Trajectory,
+    DURATION_MAX_S, DURATION_MIN_S, Error, FREQUENCY_MAX_HZ, Peak, Trajectory,
 };
 use armbridge_shared::link::experiment::{Experiment, Measure, Objection};
 use armbridge_shared::link::limits::Limits;
@@ -16,7 +16,7 @@ use super::experiment;
 use super::file::Pair;
 use super::mistake::{KeyPath, Mistake};
 use crate::plan_runner::plan;
-use crate::plan_runner::plan::{Action, Step};
+use crate::plan_runner::plan::{Action, STREAM_AHEAD, Step};
 
 /// Time from a motion's command to its beginning, in µs: the board's planning time.
 const LEAD_US: u64 = 50_000;
@@ -36,7 +36,7 @@ enum Source {
         trajectory: Box<Trajectory<f32>>,
         since_us: u64,
     },
-    /// A stream; later steps begin at rest at its last point.
+    /// A stream; later steps begin where it comes to rest.
     Streamed(Pair),
 }
 
@@ -131,46 +131,38 @@ impl ReferenceSource {
                 | Command::Save => {}
             },
             Action::Stream(points) => {
-                self.stream(step.at_us, points, place)?;
+                self.stream(step.at_us, points, settings.setup.period_us, place)?;
             }
             Action::Arm | Action::Change(_) => {}
         }
         Ok(())
     }
 
-    /// Checks all points with the runner's schedule: a few ahead of time.
+    /// Checks all points by the board's own stream, and rests where it ends.
     fn stream(
         &mut self,
         at_us: u64,
         points: &[plan::Point],
+        period_us: u32,
         place: &KeyPath,
     ) -> Result<(), Mistake> {
-        let Some(end) = points.last() else {
+        if points.is_empty() {
             return Err(Mistake::new(
                 place.clone(),
                 "a stream has at least one point",
             ));
-        };
-        let mut stream =
-            Stream::new(&self.at(at_us), at_us, &MOTION).map_err(|error| mistake(place, &error))?;
-        for (number, point) in points.iter().enumerate() {
-            let room = number.checked_sub(AHEAD).and_then(|k| points.get(k));
-            let now_us = at_us + room.map_or(0, |room| room.after_us);
-            let point = Point {
-                at_us: at_us + point.after_us,
-                q: point.angle_rad.into(),
-                dq: point.speed_rad_s.map(Into::into),
-            };
-            let pushed = stream.push(now_us, point);
-            pushed.map_err(|error| point_mistake(&place.nth(number), &error))?;
-            stream.advance(now_us);
-            if stream.skipped() > 0 {
-                let message = "the first point is too soon after the step for the arm to reach \
-                               it; give it a larger `after_s`";
-                return Err(Mistake::new(place.nth(0).at("after_s"), message));
-            }
         }
-        self.source = Source::Streamed(end.angle_rad);
+        let schedule = StreamSchedule {
+            from: self.at(at_us),
+            at_us,
+            points,
+            period_us,
+        };
+        let mut stream = schedule
+            .check(0)
+            .map_err(|(number, error)| schedule.mistake(place, number, &error))?;
+        let rest = stream.advance(u64::MAX);
+        self.source = Source::Streamed(rest.q.into());
         Ok(())
     }
 
@@ -208,7 +200,7 @@ pub(super) fn follow_stream(
     let mut points = points.iter().peekable();
     for now_us in (0..=end.after_us).step_by(step_us as usize) {
         while let Some(point) = points.peek()
-            && stream.points() < AHEAD
+            && stream.points() < STREAM_AHEAD
         {
             let point = Point {
                 at_us: point.after_us,
@@ -223,9 +215,6 @@ pub(super) fn follow_stream(
         see(now_us, &stream.advance(now_us));
     }
 }
-
-/// Number of points that the runner keeps on the board.
-const AHEAD: usize = 5;
 
 /// Checks whether the board would accept an experiment. If the arm's angles are unknown, the
 /// check uses the middle of the envelope, and leaves the range of the reference to the
@@ -248,11 +237,123 @@ fn check_experiment(
     }
 }
 
-fn unit(quantity: Quantity) -> &'static str {
-    match quantity {
-        Quantity::Angle => "rad",
-        Quantity::Speed => "rad/s",
-        Quantity::Acceleration => "rad/s²",
+/// Points of a stream with the runner's schedule: a few ahead of time.
+struct StreamSchedule<'a> {
+    /// Reference at the step.
+    from: Reference<f32>,
+    at_us: u64,
+    points: &'a [plan::Point],
+    period_us: u32,
+}
+
+impl StreamSchedule<'_> {
+    /// The stream on the board with all points, `delay_us` later than they are written.
+    ///
+    /// # Errors
+    /// The index of the first point that the board would refuse, and the reason.
+    fn check(&self, delay_us: u64) -> Result<Stream<f32>, (usize, StreamError)> {
+        /// Time of a command to the board and into its next tick, beside the tick's period.
+        const LINK_US: u64 = 2_000;
+        let latency_us = LINK_US + u64::from(self.period_us);
+        let mut stream =
+            Stream::new(&self.from, self.at_us, &MOTION).map_err(|error| (0, error.into()))?;
+        for (number, point) in self.points.iter().enumerate() {
+            let room = number
+                .checked_sub(STREAM_AHEAD)
+                .and_then(|k| self.points.get(k));
+            let room_us = room.map_or(0, |room| room.after_us + delay_us);
+            let pushed = stream.push(
+                self.at_us + room_us + latency_us,
+                Point {
+                    at_us: self.at_us + point.after_us + delay_us,
+                    q: point.angle_rad.into(),
+                    dq: point.speed_rad_s.map(Into::into),
+                },
+            );
+            pushed.map_err(|error| (number, error.into()))?;
+        }
+        Ok(stream)
+    }
+
+    /// The shortest time in s after the step at which the arm can reach the first point.
+    fn soonest_s(&self) -> Option<f64> {
+        /// Longest delay that is tried, in ms.
+        const LONGEST_MS: u64 = 10_000;
+        let is_reached = |delay_ms: u64| {
+            let first = Self {
+                points: self.points.get(..1).unwrap_or_default(),
+                ..*self
+            };
+            first.check(delay_ms * 1_000).is_ok()
+        };
+        let delay_ms = (1..=LONGEST_MS).find(|delay_ms| is_reached(*delay_ms))?;
+        let first = self.points.first()?;
+        Some((first.after_us + delay_ms * 1_000) as f64 * 1e-6)
+    }
+
+    /// The mistake of a point that the board would refuse.
+    fn mistake(&self, place: &KeyPath, number: usize, error: &StreamError) -> Mistake {
+        let point = place.nth(number);
+        let soonest = || {
+            let soonest_s = self.soonest_s().filter(|_| number == 0);
+            soonest_s.map_or_else(String::new, |soonest_s| {
+                format!(
+                    "; the arm can be there {soonest_s:.3} s after the step: give this point an \
+                     `after_s` of {soonest_s:.3} or more, and move the others with it"
+                )
+            })
+        };
+        match error {
+            StreamError::Start(error) => mistake(place, error),
+            StreamError::Point(stream::Error::NotFinite) => {
+                Mistake::new(point, "a number in it is not finite")
+            }
+            StreamError::Point(stream::Error::Full) => {
+                Mistake::new(point, "too many points at once")
+            }
+            StreamError::Point(stream::Error::Late { by_us }) => {
+                let by_ms = *by_us as f64 * 1e-3;
+                let message = if number == 0 {
+                    format!(
+                        "the point is {by_ms:.1} ms too soon after the step: the board has it one \
+                         period and 2 ms later, and a point is 1 ms ahead{}",
+                        soonest()
+                    )
+                } else {
+                    format!(
+                        "the point is {by_ms:.1} ms too soon after the one before it: the least \
+                         distance is 1 ms"
+                    )
+                };
+                Mistake::new(point.at("after_s"), message)
+            }
+            StreamError::Point(stream::Error::Exceeds(peak)) => {
+                let message = format!(
+                    "on the way to this point, or to rest after it, {}{}",
+                    peak_text(peak),
+                    soonest()
+                );
+                Mistake::new(point, message)
+            }
+        }
+    }
+}
+
+/// Reason for which the board would refuse a stream.
+enum StreamError {
+    Start(Error<f32>),
+    Point(stream::Error<f32>),
+}
+
+impl From<Error<f32>> for StreamError {
+    fn from(error: Error<f32>) -> Self {
+        Self::Start(error)
+    }
+}
+
+impl From<stream::Error<f32>> for StreamError {
+    fn from(error: stream::Error<f32>) -> Self {
+        Self::Point(error)
     }
 }
 
@@ -289,7 +390,10 @@ fn mistake(place: &KeyPath, error: &Error<f32>) -> Mistake {
             place.clone(),
             "no smooth path leads through these waypoints: their times are too uneven".into(),
         ),
-        Error::Exceeds(peak) => (place.clone(), peak_text(peak)),
+        Error::Exceeds(peak) => (
+            place.clone(),
+            format!("{} after {:.3} s", peak_text(peak), peak.at_s),
+        ),
         Error::NoDuration(peak) => (
             place.clone(),
             format!("no duration is long enough: {}", peak_text(peak)),
@@ -299,41 +403,5 @@ fn mistake(place: &KeyPath, error: &Error<f32>) -> Mistake {
 }
 
 fn peak_text(peak: &Peak<f32>) -> String {
-    let [value, limit] = beside_limit(peak.value, peak.limit, 3);
-    format!(
-        "joint {} would reach {value} {unit} after {:.3} s, more than the board allows: {limit} \
-         {unit}",
-        peak.joint + 1,
-        peak.at_s,
-        unit = unit(peak.quantity),
-    )
-}
-
-fn point_mistake(place: &KeyPath, error: &stream::Error<f32>) -> Mistake {
-    let (place, message) = match error {
-        stream::Error::NotFinite => (place.clone(), "a number in it is not finite".into()),
-        stream::Error::Late => (
-            place.at("after_s"),
-            "a point is at least 0.001 s after the step".into(),
-        ),
-        stream::Error::Order => (
-            place.at("after_s"),
-            "a point is at least 0.001 s after the one before it".into(),
-        ),
-        stream::Error::Full => (place.clone(), "too many points at once".into()),
-        stream::Error::Exceeds {
-            joint,
-            quantity,
-            value,
-        } => {
-            let [value, limit] = beside_limit(*value, MOTION.of(*quantity), 3);
-            let (joint, unit) = (joint + 1, unit(*quantity));
-            let message = format!(
-                "joint {joint} would reach {value} {unit}, more than the board allows: {limit} \
-                 {unit}"
-            );
-            (place.clone(), message)
-        }
-    };
-    Mistake { place, message }
+    refusal_text::beyond(peak.joint, peak.quantity, peak.value, peak.limit)
 }

@@ -145,3 +145,72 @@ fn what_ships_is_listed_and_shown() {
     let shown = program.run(&["push", "--show"]);
     assert!(text(&shown.stdout).contains("[[bench.push]]"));
 }
+
+/// Control of a user's own is checked before anything moves.
+#[test]
+fn own_control_that_grows_is_refused_with_its_eigenvalue() {
+    let program = Program::new("own-control");
+    for (set, expected) in [
+        (
+            &[
+                "estimator.kind=gain",
+                "estimator.form=current",
+                "estimator.gain=2.5,0,0.05,1",
+            ][..],
+            "the observer's error would grow: eigenvalue",
+        ),
+        (
+            &["controller.integral=100,100"],
+            "the closed loop would grow: eigenvalue",
+        ),
+        (
+            &["estimator.poles_45ms=0.8±0.7i,0.1,0.1"],
+            "magnitude below 1",
+        ),
+        (&["controller.q=1e38,1,1,1"], "from 0 to 1000000"),
+    ] {
+        let mut args = vec!["upright", "--duration", "0.5"];
+        args.extend(set.iter().flat_map(|pair| ["--set", pair]));
+        let output = program.run(&args);
+        assert_eq!(output.status.code(), Some(2), "{set:?}");
+        let printed = text(&output.stderr);
+        assert!(printed.contains(expected), "{set:?}: {printed}");
+    }
+}
+
+/// Two points 10 ms apart, 0.3 rad from each other: what the arm would be asked for.
+#[test]
+fn a_stream_beyond_the_bounds_is_refused_by_its_point() {
+    let program = Program::new("stream");
+    let scenario = |first_s: f64| {
+        format!(
+            "title = \"t\"\n[bench]\ninitial_rad = [0.0, 0.0]\n[[step]]\nat_s = 0.0\n\
+             regulate_rad = [0.0, 0.0]\n[[step]]\nat_s = 1.0\nstream = [\n\
+             {{ after_s = {first_s}, angle_rad = [0.1, 0.0] }},\n\
+             {{ after_s = 1.0, angle_rad = [0.1, 0.0] }},\n\
+             {{ after_s = 1.01, angle_rad = [0.4, 0.0] }},\n]\n[stop]\nafter_s = 3.0\n"
+        )
+    };
+    for (first_s, expected) in [
+        (
+            0.5,
+            &[
+                "joint 1 would reach",
+                "rad/s²",
+                "beyond the bound of 20.000 rad/s²",
+            ][..],
+        ),
+        (0.01, &["after the step: give this point an `after_s` of"]),
+    ] {
+        program.write("s.toml", &scenario(first_s));
+        let output = program.run(&["s.toml", "--check"]);
+        assert_eq!(output.status.code(), Some(2), "{}", text(&output.stdout));
+        let printed = text(&output.stderr)
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" ");
+        for expected in expected {
+            assert!(printed.contains(expected), "{printed}");
+        }
+    }
+}

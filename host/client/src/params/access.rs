@@ -3,10 +3,12 @@
 
 use core::fmt;
 
+use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Settings;
 use toml::Value;
 
 use super::constraint::{Shape, Takes};
+use super::poles::{self, JointPoles};
 use super::{Parameter, ParameterError, to_text};
 
 /// Place of a parameter in the settings.
@@ -21,6 +23,8 @@ pub(super) enum Access {
         /// Selects one.
         choose: fn(&mut Settings, &str),
     },
+    /// The poles of each joint's observer; `None` if they are not in use.
+    Poles(fn(&mut Settings) -> Option<&mut JointPoles>),
 }
 
 /// Numbers within the settings.
@@ -95,6 +99,7 @@ impl fmt::Debug for Access {
         f.write_str(match self {
             Self::Numbers(_) => "Numbers",
             Self::Choice { .. } => "Choice",
+            Self::Poles(_) => "Poles",
         })
     }
 }
@@ -117,6 +122,7 @@ impl Parameter {
                 })
             }
             Access::Choice { is, .. } => is(settings).map(Into::into),
+            Access::Poles(at) => at(&mut settings.clone()).map(|joints| poles::to_value(joints)),
         }
     }
 
@@ -151,6 +157,12 @@ impl Parameter {
                     choose(settings, word);
                 }
             }
+            Access::Poles(at) => {
+                let mut changed = *settings;
+                let place = at(&mut changed).ok_or_else(|| self.not_in_use(settings))?;
+                *place = poles::of_value(value).ok_or_else(|| self.refusal(value))?;
+                *settings = changed;
+            }
         }
         Ok(())
     }
@@ -172,14 +184,14 @@ impl Parameter {
     pub fn choices(&self) -> &'static [&'static str] {
         match self.takes {
             Takes::OneOf(words) => words,
-            Takes::Numbers { .. } => &[],
+            Takes::Numbers { .. } | Takes::Poles => &[],
         }
     }
 
     pub(super) fn with_choice(&self, mut settings: Settings, word: &str) -> Settings {
         match self.access {
             Access::Choice { choose, .. } => choose(&mut settings, word),
-            Access::Numbers(_) => {}
+            Access::Numbers(_) | Access::Poles(_) => {}
         }
         settings
     }
@@ -188,13 +200,14 @@ impl Parameter {
         match self.takes {
             Takes::Numbers { shape, .. } => shape,
             Takes::OneOf(_) => Shape::One,
+            Takes::Poles => Shape::Rows(JOINTS, 2),
         }
     }
 
     fn allows(&self, number: f64, rounding: fn(f64) -> f64) -> bool {
         match self.takes {
             Takes::Numbers { range, .. } => range.contains(number, rounding),
-            Takes::OneOf(_) => false,
+            Takes::OneOf(_) | Takes::Poles => false,
         }
     }
 
@@ -224,7 +237,7 @@ impl Parameter {
         let example = self.default_value();
         let example = example.map_or_else(String::new, |value| format!(", as {}", to_text(&value)));
         let expected = match self.takes {
-            Takes::Numbers { .. } => format!("{}{example}", self.takes),
+            Takes::Numbers { .. } | Takes::Poles => format!("{}{example}", self.takes),
             Takes::OneOf(_) => self.takes.to_string(),
         };
         ParameterError::Value {

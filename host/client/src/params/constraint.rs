@@ -14,6 +14,8 @@ pub enum Takes {
     },
     /// One of these names.
     OneOf(&'static [&'static str]),
+    /// Two poles of each joint's observer.
+    Poles,
 }
 
 /// Count of numbers.
@@ -49,11 +51,6 @@ impl Range {
     pub const FROM_0: Self = Self::reals(0.0, f64::INFINITY);
     /// More than 0.
     pub const ABOVE_0: Self = Self::above_0_to(f64::INFINITY);
-    /// 0 and more, less than 1.
-    pub const BELOW_1: Self = Self {
-        with_high: false,
-        ..Self::reals(0.0, 1.0)
-    };
 
     /// Both ends included.
     pub const fn reals(low: f64, high: f64) -> Self {
@@ -134,6 +131,10 @@ impl fmt::Display for Takes {
                     }
                 }
             }
+            Self::Poles => f.write_str(
+                "2 poles for each joint: numbers from 0 and below 1, or a pair as 0.6±0.2i with \
+                 a magnitude below 1",
+            ),
             Self::OneOf(words) => {
                 let words: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
                 match words.split_last() {

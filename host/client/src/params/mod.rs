@@ -14,6 +14,7 @@
 //! | `tables`   | the table: key, unit, range, meaning, and where it is  |
 //! | `constraint` | permitted values: count and range                    |
 //! | `access`   | from settings to values and back                       |
+//! | `poles`    | observer poles as numbers and as text                  |
 //! | `text`     | values as typed and shown                              |
 //! | `check`    | checks of settings as a whole                          |
 //! | `settings_exchange` | read from a board, and written to it                   |
@@ -21,6 +22,7 @@
 mod access;
 mod check;
 mod constraint;
+mod poles;
 pub mod settings_exchange;
 mod tables;
 #[cfg(test)]

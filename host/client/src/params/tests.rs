@@ -22,7 +22,7 @@ fn of_kinds() -> Vec<Settings> {
 
 #[test]
 fn every_kind_runs_with_its_defaults() {
-    assert_eq!(of_kinds().len(), 12);
+    assert_eq!(of_kinds().len(), 16);
     for settings in of_kinds() {
         assert_eq!(check(&settings), Ok(()), "{:?}", pairs(&settings));
     }
@@ -58,6 +58,12 @@ fn settings(kinds: usize, mut places: impl FnMut() -> f64) -> Settings {
                 words[(places() * words.len() as f64) as usize % words.len()].into()
             }
             Takes::OneOf(_) => continue,
+            Takes::Poles => {
+                let (radius, angle) = (0.99 * places() as f32, places() as f32);
+                let [re, im] = [radius * angle.cos(), radius * angle.sin()];
+                let text = format!("{re}±{im}i,{},{}", places() as f32, places() as f32);
+                Value::String(text)
+            }
         };
         parameter.set_value(&mut settings, &value).unwrap();
     }
@@ -67,7 +73,7 @@ fn settings(kinds: usize, mut places: impl FnMut() -> f64) -> Settings {
 proptest! {
     #[test]
     fn values_make_the_same_settings_again_to_the_bit(
-        kinds in 0..12_usize,
+        kinds in 0..16_usize,
         places in proptest::collection::vec(0.0..1.0, 100),
     ) {
         let mut places = places.into_iter().cycle();
@@ -192,7 +198,7 @@ fn ranges_are_those_that_the_board_checks() {
             }
         }
     }
-    assert!(checked > 12 * 60, "{checked}");
+    assert!(checked > 16 * 60, "{checked}");
 }
 
 #[test]

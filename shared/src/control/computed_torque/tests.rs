@@ -109,6 +109,7 @@ fn sampled_error(period_s: f64, wn: f64) -> f64 {
         angle_rad: 1.0,
         speed_rad_s: 2.0,
         acceleration_rad_s2: 10.0,
+        jerk_rad_s3: 1e9,
     };
     let start = Reference::at_rest(Vector2::zeros());
     let trajectory = Trajectory::plan(start, &shape, &bounds).unwrap();

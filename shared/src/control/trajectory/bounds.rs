@@ -16,9 +16,12 @@ pub struct Bounds<T> {
     pub speed_rad_s: T,
     /// In rad/s^2.
     pub acceleration_rad_s2: T,
+    /// In rad/s^3: of a [stream](super::stream) where it begins and ends. That of a planned
+    /// motion follows from its duration.
+    pub jerk_rad_s3: T,
 }
 
-checked!(Bounds<T> { angle_rad, speed_rad_s, acceleration_rad_s2 });
+checked!(Bounds<T> { angle_rad, speed_rad_s, acceleration_rad_s2, jerk_rad_s3 });
 
 /// What is bounded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
@@ -29,6 +32,8 @@ pub enum Quantity {
     Speed,
     /// In rad/s^2.
     Acceleration,
+    /// In rad/s^3.
+    Jerk,
 }
 
 /// Where a motion comes nearest to a bound, or furthest beyond it.
@@ -36,7 +41,7 @@ pub enum Quantity {
 pub struct Peak<T> {
     /// Of this joint, counting from 0.
     pub joint: usize,
-    /// Of its angle, speed or acceleration.
+    /// Of its angle, speed, acceleration or jerk.
     pub quantity: Quantity,
     /// The value there, in the quantity's unit.
     pub value: T,
@@ -53,9 +58,14 @@ impl<T: Real> Bounds<T> {
             Quantity::Angle => self.angle_rad,
             Quantity::Speed => self.speed_rad_s,
             Quantity::Acceleration => self.acceleration_rad_s2,
+            Quantity::Jerk => self.jerk_rad_s3,
         }
     }
 }
+
+/// Share of a bound that a motion may be beyond it: one that was made to touch its bounds
+/// may miss them by the rounding of `f32`.
+pub(super) const SLACK: f64 = 1e-4;
 
 /// Watches a motion go by and remembers its [`Peak`].
 #[derive(Clone, Copy, Debug)]
@@ -110,11 +120,7 @@ impl<T: Real> PeakTracker<T> {
     }
 
     /// The peak, `Err` if it lies beyond the bound.
-    ///
-    /// A ten-thousandth more is let pass: a motion that was made to touch its
-    /// bounds may miss them by the rounding of `f32`.
     pub(super) fn verdict(&self) -> Result<Peak<T>, Peak<T>> {
-        const SLACK: f64 = 1e-4;
         if self.ratio.is_finite() && self.ratio <= T::lit(1.0 + SLACK) {
             Ok(self.peak)
         } else {

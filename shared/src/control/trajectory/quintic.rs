@@ -9,7 +9,7 @@
 //!                                               peak acceleration  10/sqrt(3) D/T^2
 //! ```
 
-use super::bounds::{PeakTracker, Quantity};
+use super::bounds::{Bounds, Peak, PeakTracker, Quantity, SLACK};
 use crate::JOINTS;
 use crate::check_word::checked;
 use crate::control::Reference;
@@ -113,6 +113,132 @@ impl<T: Real> Quintic<T> {
             }
         }
     }
+}
+
+/// One joint of a quintic, over its duration.
+struct Axis<T> {
+    angle: Coefficients<T>,
+    duration_s: T,
+}
+
+impl<T: Real> Quintic<T> {
+    /// Checks a quintic over its duration against the bounds, and against that of jerk if
+    /// `with_jerk`; cheaper than to [show](Self::show) it.
+    ///
+    /// Jerk and acceleration have their extremes where a line and a parabola vanish. Speed
+    /// and angle are inside the hull of their Bernstein coefficients; only where this is
+    /// not within the bound, bisection finds their extremes.
+    ///
+    /// # Errors
+    ///
+    /// The first excess found: of acceleration, then speed, angle and jerk.
+    pub(super) fn check(
+        &self,
+        duration_s: T,
+        bounds: &Bounds<T>,
+        with_jerk: bool,
+    ) -> Result<(), Peak<T>> {
+        for joint in 0..JOINTS {
+            let axis = Axis {
+                angle: self.c.map(|c| c[joint]),
+                duration_s,
+            };
+            axis.check(joint, bounds, with_jerk)?;
+        }
+        Ok(())
+    }
+}
+
+impl<T: Real> Axis<T> {
+    fn check(&self, joint: usize, bounds: &Bounds<T>, with_jerk: bool) -> Result<(), Peak<T>> {
+        let speed = differentiated(&self.angle);
+        let acceleration = differentiated(&speed);
+        let jerk = differentiated(&acceleration);
+        let snap = differentiated(&jerk);
+        let verify = |quantity, c: &Coefficients<T>, knots: &[T]| {
+            let limit = bounds.of(quantity);
+            for &at_s in knots {
+                let value = value(c, at_s);
+                // What is not a number is beyond every bound.
+                let is_within = value.abs() <= limit * T::lit(1.0 + SLACK);
+                if !is_within {
+                    return Err(Peak {
+                        joint,
+                        quantity,
+                        value,
+                        limit,
+                        at_s,
+                    });
+                }
+            }
+            Ok(())
+        };
+        let steep = self.knots(quadratic_roots(&jerk));
+        verify(Quantity::Acceleration, &acceleration, &steep)?;
+        let (is_angle_within, is_speed_within) = self.is_hull_within(bounds);
+        if !(is_angle_within && is_speed_within) {
+            let fast = stationary(&acceleration, &steep);
+            verify(Quantity::Speed, &speed, &fast)?;
+            verify(Quantity::Angle, &self.angle, &stationary(&speed, &fast))?;
+        }
+        if with_jerk {
+            let [c0, c1, ..] = snap;
+            let root = self.knots([-c0 / c1, T::zero()]);
+            verify(Quantity::Jerk, &jerk, &root)?;
+        }
+        Ok(())
+    }
+
+    /// Both ends, and those of the roots that lie between them, in order.
+    fn knots(&self, roots: [T; 2]) -> Vec<T, 8> {
+        let [a, b] = roots;
+        let (first, second) = if a < b { (a, b) } else { (b, a) };
+        let mut knots = Vec::new();
+        for t in [T::zero(), first, second, self.duration_s] {
+            // What is not a number is not inside.
+            let is_end = t == T::zero() || t == self.duration_s;
+            if is_end || (t > T::zero() && t < self.duration_s) {
+                // Four at most.
+                let _ = knots.push(t);
+            }
+        }
+        knots
+    }
+
+    /// Whether the hulls of angle and speed are within their bounds.
+    fn is_hull_within(&self, bounds: &Bounds<T>) -> (bool, bool) {
+        let lit = T::lit;
+        let h = self.duration_s;
+        let mut scale = T::one();
+        let [b0, b1, b2, b3, b4, b5] = self.angle.map(|c| {
+            let scaled = c * scale;
+            scale *= h;
+            scaled
+        });
+        let hull = [
+            b0,
+            b0 + b1 * lit(0.2),
+            b0 + b1 * lit(0.4) + b2 * lit(0.1),
+            b0 + b1 * lit(0.6) + b2 * lit(0.3) + b3 * lit(0.1),
+            b0 + b1 * lit(0.8) + b2 * lit(0.6) + (b3 + b3 + b4) * lit(0.2),
+            b0 + b1 + b2 + b3 + b4 + b5,
+        ];
+        let step = bounds.speed_rad_s * h * lit(0.2);
+        let mut steps = hull.iter().zip(hull.iter().skip(1));
+        (
+            hull.iter().all(|q| q.abs() <= bounds.angle_rad),
+            steps.all(|(from, to)| (*to - *from).abs() <= step),
+        )
+    }
+}
+
+/// Where `c0 + c1 t + c2 t^2` vanishes, without cancellation; what is no number is no root.
+fn quadratic_roots<T: Real>(c: &Coefficients<T>) -> [T; 2] {
+    let [c0, c1, c2, ..] = *c;
+    let square = c1 * c1 - c2 * c0 * T::lit(4.0);
+    // Less than zero: the root is no number.
+    let q = (c1 + square.sqrt().copysign(c1)) * T::lit(-0.5);
+    [q / c2, c0 / q]
 }
 
 fn differentiated<T: Real>(c: &Coefficients<T>) -> Coefficients<T> {

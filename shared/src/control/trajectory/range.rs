@@ -23,7 +23,8 @@ pub(super) fn check_start<T: Real>(
     if !from.is_finite() {
         return Err(Error::NotFinite(Argument::From));
     }
-    for quantity in [Quantity::Angle, Quantity::Speed, Quantity::Acceleration] {
+    use Quantity::{Acceleration, Angle, Jerk, Speed};
+    for quantity in [Angle, Speed, Acceleration, Jerk] {
         let bound = bounds.of(quantity);
         if !bound.is_finite() {
             return Err(Error::NotFinite(Argument::Bounds));

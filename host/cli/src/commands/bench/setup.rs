@@ -1,6 +1,7 @@
 //! The requested set-up: the recommended one, with the options given.
 
 use armbridge_shared::JOINTS;
+use armbridge_shared::design::placement::Poles;
 use armbridge_shared::estimate::{Config, Form, Tuning};
 use armbridge_shared::link::message::{Controller, Gains, Setup};
 
@@ -80,9 +81,9 @@ pub(super) fn estimator(args: &EstimateArgs) -> Result<Config<f32>, String> {
                 } else {
                     form
                 },
-                poles_45ms: args
-                    .poles
-                    .map_or(poles_45ms, |[a, b, c, d]| [[a, b], [c, d]]),
+                poles_45ms: args.poles.map_or(poles_45ms, |[a, b, c, d]| {
+                    [Poles::Real(a, b), Poles::Real(c, d)]
+                }),
             },
             other => other,
         },

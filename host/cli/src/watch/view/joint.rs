@@ -73,7 +73,7 @@ fn estimate(model: &Model, joint: usize) -> [Line<'static>; 2] {
         .settings
         .map(|settings| settings.setup.estimator);
     match estimator {
-        Some(Config::FiniteDifference { .. } | Config::Luenberger { .. }) => {
+        Some(Config::FiniteDifference { .. } | Config::Luenberger { .. } | Config::Gain { .. }) => {
             second.push(Span::from("not estim."));
         }
         Some(Config::Kalman(_)) | None => {

@@ -1,19 +1,19 @@
 //! Controller and estimator, whose numbers depend on their kind.
 
 use armbridge_shared::JOINTS;
-use armbridge_shared::control::Lqr;
+use armbridge_shared::control::{Lqr, WEIGHT_MAX};
 use armbridge_shared::estimate::{Config, Form, Tuning};
 use armbridge_shared::link::message::{Controller, Gains, Settings, Setup};
 
-use super::access::Numbers;
-use super::{Parameter, Range, Shape, access, choice, number, numbers, pair};
+use super::access::{Access, Numbers};
+use super::{Parameter, Range, Shape, Takes, access, choice, number, numbers, pair};
 
 const LQR: &str = "lqr";
 const GAIN: &str = "gain";
 const PAPER: &str = "paper";
 const COMPUTED_TORQUE: &str = "computed-torque";
 
-pub(super) const CONTROLLER: [Parameter; 6] = [
+pub(super) const CONTROLLER: [Parameter; 7] = [
     choice(
         "controller.kind",
         "Control law: an LQR designed on the board for the period, a gain of your own, the \
@@ -27,7 +27,7 @@ pub(super) const CONTROLLER: [Parameter; 6] = [
         "",
         "Diagonal of the LQR's Q, equation (8): both angles, both speeds.",
         Shape::List(2 * JOINTS),
-        Range::FROM_0,
+        Range::reals(0.0, WEIGHT_MAX),
         |s| match &mut s.setup.controller {
             Controller::StateFeedback(Gains::Design { q, .. }) => access::each(q),
             Controller::StateFeedback(Gains::Paper | Gains::Given(_))
@@ -38,7 +38,7 @@ pub(super) const CONTROLLER: [Parameter; 6] = [
         "controller.r",
         "",
         "Diagonal of the LQR's R, equation (8): both torques.",
-        Range::ABOVE_0,
+        Range::above_0_to(WEIGHT_MAX),
         |s| match &mut s.setup.controller {
             Controller::StateFeedback(Gains::Design { r, .. }) => access::each(r),
             Controller::StateFeedback(Gains::Paper | Gains::Given(_))
@@ -78,6 +78,14 @@ pub(super) const CONTROLLER: [Parameter; 6] = [
             Controller::StateFeedback(_) => None,
         },
     ),
+    pair(
+        "controller.integral",
+        "N m/(rad s)",
+        "Integral action of each joint, beside any control law: torque per angle error and time; \
+         0 for none. Refused unless the loop with it is stable upright.",
+        Range::reals(0.0, 1e3),
+        |s| access::each(&mut s.setup.integral),
+    ),
 ];
 
 fn controller(controller: &Controller) -> &'static str {
@@ -115,12 +123,13 @@ const KALMAN: &str = "kalman";
 const CURRENT: &str = "current";
 const PREDICTION: &str = "prediction";
 
-pub(super) const ESTIMATOR: [Parameter; 9] = [
+pub(super) const ESTIMATOR: [Parameter; 10] = [
     choice(
         "estimator.kind",
-        "State estimator: a difference through a low pass, the observer (11), or a \
-         Kalman filter that also estimates disturbance torques.",
-        &[LUENBERGER, KALMAN, DIFFERENCE],
+        "State estimator: the observer (11) with its poles placed or with a gain of your own, a \
+         Kalman filter that also estimates disturbance torques, or a difference through a low \
+         pass.",
+        &[LUENBERGER, KALMAN, DIFFERENCE, GAIN],
         |s| Some(estimator(&s.setup.estimator)),
         |s, word| s.setup.estimator = estimator_of(word),
     ),
@@ -129,27 +138,45 @@ pub(super) const ESTIMATOR: [Parameter; 9] = [
         "When a sample begins to show in the observer: at once, or one period later, as printed.",
         &[CURRENT, PREDICTION],
         |s| match s.setup.estimator {
-            Config::Luenberger { form, .. } => Some(match form {
+            Config::Luenberger { form, .. } | Config::Gain { form, .. } => Some(match form {
                 Form::Current => CURRENT,
                 Form::Prediction => PREDICTION,
             }),
             Config::FiniteDifference { .. } | Config::Kalman(_) => None,
         },
         |s, word| match &mut s.setup.estimator {
-            Config::Luenberger { form, .. } if word == PREDICTION => *form = Form::Prediction,
-            Config::Luenberger { form, .. } => *form = Form::Current,
+            Config::Luenberger { form, .. } | Config::Gain { form, .. } => {
+                *form = if word == PREDICTION {
+                    Form::Prediction
+                } else {
+                    Form::Current
+                }
+            }
             Config::FiniteDifference { .. } | Config::Kalman(_) => {}
         },
     ),
+    Parameter {
+        key: "estimator.poles_45ms",
+        unit: "",
+        about: "Two poles for each joint's observer, in z, as at 45 ms, the period of the paper; \
+                mapped to the running period.",
+        takes: Takes::Poles,
+        access: Access::Poles(|s| match &mut s.setup.estimator {
+            Config::Luenberger { poles_45ms, .. } => Some(poles_45ms),
+            Config::FiniteDifference { .. } | Config::Gain { .. } | Config::Kalman(_) => None,
+        }),
+    },
     numbers(
-        "estimator.poles_45ms",
+        "estimator.gain",
         "",
-        "Two real poles for each joint's observer, in z, as at 45 ms, the period of the paper.",
+        "The observer's gain L for the running period, one row a joint: on its angle, and on its \
+         speed (1/s). That of equation (11) if `estimator.form` is \"prediction\", else what a \
+         sample corrects at once. Refused unless the error decays.",
         Shape::Rows(JOINTS, 2),
-        Range::BELOW_1,
+        Range::ANY,
         |s| match &mut s.setup.estimator {
-            Config::Luenberger { poles_45ms, .. } => access::each(poles_45ms.as_flattened_mut()),
-            Config::FiniteDifference { .. } | Config::Kalman(_) => None,
+            Config::Gain { gain, .. } => access::each(gain.as_flattened_mut()),
+            Config::FiniteDifference { .. } | Config::Luenberger { .. } | Config::Kalman(_) => None,
         },
     ),
     number(
@@ -199,14 +226,14 @@ pub(super) const ESTIMATOR: [Parameter; 9] = [
 fn filter(settings: &mut Settings) -> Option<Numbers<'_>> {
     match &mut settings.setup.estimator {
         Config::FiniteDifference { filter_s } => access::one(filter_s),
-        Config::Luenberger { .. } | Config::Kalman(_) => None,
+        Config::Luenberger { .. } | Config::Gain { .. } | Config::Kalman(_) => None,
     }
 }
 
 fn tuning(settings: &mut Settings) -> Option<&mut Tuning<f32>> {
     match &mut settings.setup.estimator {
         Config::Kalman(tuning) => Some(tuning),
-        Config::FiniteDifference { .. } | Config::Luenberger { .. } => None,
+        Config::FiniteDifference { .. } | Config::Luenberger { .. } | Config::Gain { .. } => None,
     }
 }
 
@@ -214,6 +241,7 @@ fn estimator(config: &Config<f32>) -> &'static str {
     match config {
         Config::FiniteDifference { .. } => DIFFERENCE,
         Config::Luenberger { .. } => LUENBERGER,
+        Config::Gain { .. } => GAIN,
         Config::Kalman(_) => KALMAN,
     }
 }
@@ -226,6 +254,7 @@ fn estimator_of(word: &str) -> Config<f32> {
     match word {
         DIFFERENCE => Config::FiniteDifference { filter_s: FILTER_S },
         KALMAN => Config::kalman(),
+        GAIN => Config::paper_gain(),
         _ => Config::standing(),
     }
 }

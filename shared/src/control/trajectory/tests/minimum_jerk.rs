@@ -6,6 +6,7 @@ const ARM: Bounds<f64> = Bounds {
     angle_rad: 1.5,
     speed_rad_s: 3.0,
     acceleration_rad_s2: 20.0,
+    jerk_rad_s3: 1e9,
 };
 
 fn shape(to: Vector2<f64>, duration_s: Option<f64>) -> Shape<f64> {
@@ -46,6 +47,7 @@ fn peaks_are_where_and_what_they_are_known_to_be() {
             angle_rad: 1.0,
             speed_rad_s,
             acceleration_rad_s2,
+            jerk_rad_s3: 1e9,
         };
         match Trajectory::plan(start, &wanted, &bounds) {
             Err(Error::Exceeds(peak)) => peak,
@@ -117,6 +119,7 @@ fn peaks_are_those_of_fine_samples() {
             angle_rad: 1.0,
             speed_rad_s: 1.0,
             acceleration_rad_s2: 1.0,
+            jerk_rad_s3: 1e9,
         };
         let mut tightest = PeakTracker::new(&one);
         any.show(&mut tightest);
@@ -148,6 +151,7 @@ fn f32_agrees_with_f64() {
         angle_rad: 1.5_f32,
         speed_rad_s: 50.0,
         acceleration_rad_s2: 1e4,
+        jerk_rad_s3: 1e9,
     };
     for seed in 0..200 {
         let mut random = Random::seeded(seed);

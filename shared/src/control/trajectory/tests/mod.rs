@@ -51,6 +51,7 @@ pub(super) const WIDE: Bounds<f64> = Bounds {
     angle_rad: 1e6,
     speed_rad_s: 1e6,
     acceleration_rad_s2: 1e6,
+    jerk_rad_s3: 1e9,
 };
 
 /// Largest difference in angle, speed or acceleration.

@@ -6,6 +6,7 @@ const ARM: Bounds<f64> = Bounds {
     angle_rad: 1.5,
     speed_rad_s: 5.0,
     acceleration_rad_s2: 50.0,
+    jerk_rad_s3: 1e9,
 };
 
 fn plan(shape: &Shape<f64>) -> Result<Trajectory<f64>, Error<f64>> {
@@ -158,6 +159,7 @@ fn a_hold_out_of_bounds_and_numbers_that_overflow() {
         angle_rad: 1.5_f32,
         speed_rad_s: 5.0,
         acceleration_rad_s2: 50.0,
+        jerk_rad_s3: 1e9,
     };
     for duration_s in [Some(1e-3), Some(1.0), None] {
         let from = Reference::at_rest(Vector2::zeros());

@@ -97,6 +97,7 @@ fn bounds_hold_at_all_times() {
         angle_rad: 1.0,
         speed_rad_s: 4.0,
         acceleration_rad_s2: 30.0,
+        jerk_rad_s3: 1e9,
     };
     let (mut passed, mut refused) = (0, 0);
     for seed in 0..300 {
@@ -173,6 +174,7 @@ fn f32_keeps_the_phase_for_minutes() {
             angle_rad: 1.0,
             speed_rad_s: 10.0,
             acceleration_rad_s2: 100.0,
+            jerk_rad_s3: 1e9,
         },
     )
     .unwrap();

@@ -121,6 +121,7 @@ fn bounds_hold_or_the_peak_is_named() {
         angle_rad: 1.2,
         speed_rad_s: 3.0,
         acceleration_rad_s2: 15.0,
+        jerk_rad_s3: 1e9,
     };
     let (mut passed, mut refused) = (0, 0);
     for seed in 0..300 {
@@ -143,6 +144,7 @@ fn bounds_hold_or_the_peak_is_named() {
                     Quantity::Angle => there.q,
                     Quantity::Speed => there.dq,
                     Quantity::Acceleration => there.ddq,
+                    Quantity::Jerk => panic!("{peak:?}"),
                 }[peak.joint];
                 assert!((value - peak.value).abs() < 1e-6 * peak.limit);
                 assert!(value.abs() > peak.limit && peak.limit == bounds.of(peak.quantity));
@@ -171,6 +173,7 @@ fn f32_agrees_with_f64() {
             angle_rad: 1e3_f32,
             speed_rad_s: 1e4,
             acceleration_rad_s2: 1e6,
+            jerk_rad_s3: 1e9,
         };
         let close = Shape::Waypoints { points: close };
         let close = Trajectory::plan(single(&from), &close, &bounds).unwrap();
