@@ -22,6 +22,7 @@ use armbridge_analysis::plot::{self, Figure, Formats};
 use armbridge_client::event::{Direction, Event, EventKind};
 use armbridge_log::export::{self, Format};
 use armbridge_log::inspect::{Diff, Head, Info, Log, log};
+use armbridge_log::output_file::{Existing, OutputFile};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::{Reader, Recording};
 use armbridge_log::replay::{Changes, Replayer};
@@ -198,7 +199,8 @@ const READERS: [(&str, Read); 6] = [
         for format in [Format::Csv, Format::Parquet, Format::Mat] {
             let out = folder.join(format.extension());
             let rows = || Ok(log::rows(path)?);
-            export::write(format, &out, &head.about(), rows).unwrap();
+            let out = OutputFile::create(&out, Existing::Replace).unwrap();
+            export::write(format, out, &head.about(), rows).unwrap();
         }
     }),
     ("replay", |path, _| {

@@ -170,7 +170,14 @@ const RENAMED: [(&str, &str); 7] = [
 
 /// The program, with all its commands.
 pub(crate) fn command() -> clap::Command {
-    help::with_help(Cli::command())
+    help::with_help(with_negative_numbers(Cli::command()))
+}
+
+/// `-1` is a value, not an option: what takes it says what it expects.
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    command
+        .allow_negative_numbers(true)
+        .mut_subcommands(with_negative_numbers)
 }
 
 /// The command that was typed; `run demo` if none was.

@@ -1,6 +1,8 @@
 //! Parts of the `armbridge` program behind its command line: configuration, dashboard,
 //! Foxglove server, and the tasks of one-line commands.
 #![forbid(unsafe_code)]
+// They panic where the output is gone: `armbridge_client::stdio` does not.
+#![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod board_tasks;
 pub mod config;

@@ -1,34 +1,36 @@
 //! The `armbridge` program.
-//!
-//! Exit codes: 0 done; 1 it failed on the board, on a servo or by its result; 2 it could not
-//! be done at all.
 #![forbid(unsafe_code)]
+// They panic where the output is gone: `armbridge_client::stdio` does not.
+#![deny(clippy::print_stderr, clippy::print_stdout)]
 
 mod args;
 mod cli;
 mod commands;
+mod exit;
 
-use std::error::Error;
 use std::process::ExitCode;
+
+use armbridge_client::stdio;
+use clap::error::ErrorKind;
 
 fn main() -> ExitCode {
     armbridge_log::metadata::set_commit(env!("ARMBRIDGE_GIT"));
-    let command = match cli::parse() {
-        Ok(command) => command,
-        Err(help) if !help.use_stderr() => help.exit(),
-        Err(error) => {
-            eprintln!("armbridge: {}", without_usage(&error.to_string()));
-            return ExitCode::from(2);
-        }
+    let error = match cli::parse() {
+        Ok(command) => return exit::code(command.run()),
+        Err(error) => error,
     };
-    let result = command.run();
-    match result {
-        Ok(code) => code,
-        Err(error) => {
-            eprintln!("armbridge: {}", in_one_line(&*error));
-            ExitCode::from(2)
+    match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => error.exit(),
+        // A command of commands without one: its help, as it is laid out.
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            stdio::note_text(error.render());
+        }
+        _ => {
+            let line = without_usage(&error.to_string());
+            stdio::note(format_args!("armbridge: {line}"));
         }
     }
+    ExitCode::from(exit::IMPOSSIBLE)
 }
 
 /// clap's message on wrong arguments, in one line without the usage.
@@ -42,18 +44,4 @@ fn without_usage(message: &str) -> String {
         .collect();
     let text = text.join(". ");
     text.strip_prefix("error: ").unwrap_or(&text).to_owned()
-}
-
-/// An error and its causes.
-fn in_one_line(error: &dyn Error) -> String {
-    let mut line = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        let text = error.to_string();
-        if !line.contains(&text) {
-            line = format!("{line}: {text}");
-        }
-        cause = error.source();
-    }
-    line
 }

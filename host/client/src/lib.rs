@@ -18,6 +18,8 @@
 //! | [`ctrl_c`]       | signals that end the program, as a flag                    |
 //! | [`enum_names`], [`fault_text`], [`refusal_text`], [`experiment_text`] | enums as names, and as sentences |
 #![forbid(unsafe_code)]
+// They panic where the output is gone: [`stdio`] does not.
+#![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod ctrl_c;
 pub mod endpoint;

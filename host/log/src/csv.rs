@@ -6,13 +6,13 @@
 //! between them; `fault` is empty but in mode `fault`; `guards` lists the limiters that
 //! changed the commanded torque. Rows end in a line feed.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 use super::LogError;
 use crate::export::column::{Cells, Column, Values};
+use crate::output_file::{Existing, OutputFile};
 use crate::recording::Row;
 
 /// A column with all words of a column of words.
@@ -66,31 +66,44 @@ impl WordColumn {
 pub struct CsvWriter {
     path: PathBuf,
     columns: Vec<WordColumn>,
-    writer: csv::Writer<File>,
+    writer: csv::Writer<OutputFile>,
 }
 
 impl CsvWriter {
-    /// Creates the file, and writes its header: with the true states of a simulated arm, or
-    /// without them.
+    /// Creates the file, which must not exist, and writes its header: with the true states of
+    /// a simulated arm, or without them.
     ///
     /// # Errors
     /// When the file cannot be created.
     pub fn create(path: &Path, has_true_states: bool) -> Result<Self, LogError> {
-        let failed = |source| LogError::Csv {
+        let file = OutputFile::create(path, Existing::Refuse);
+        let file = file.map_err(|source| LogError::Io {
             path: path.to_path_buf(),
+            source,
+        })?;
+        Self::to(file, has_true_states)
+    }
+
+    /// Writes the header of a file.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn to(file: OutputFile, has_true_states: bool) -> Result<Self, LogError> {
+        let path = file.path().to_path_buf();
+        let failed = |source| LogError::Csv {
+            path: path.clone(),
             source,
         };
         let columns = Column::all(has_true_states);
         let mut writer = csv::WriterBuilder::new()
             .has_headers(false)
             .buffer_capacity(1 << 16)
-            .from_path(path)
-            .map_err(failed)?;
+            .from_writer(file);
         writer
             .write_record(columns.iter().map(|column| column.name))
             .map_err(failed)?;
         Ok(Self {
-            path: path.to_path_buf(),
+            path,
             columns: columns.iter().map(WordColumn::new).collect(),
             writer,
         })
@@ -109,14 +122,15 @@ impl CsvWriter {
         })
     }
 
-    /// Flushes the buffer and closes the file.
+    /// Flushes the buffer and gives the file its name; returns its path, which may have a
+    /// number.
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn finish(mut self) -> Result<(), LogError> {
-        self.writer.flush().map_err(|source| LogError::Io {
-            path: self.path,
-            source,
-        })
+    pub fn finish(self) -> Result<PathBuf, LogError> {
+        let Self { path, writer, .. } = self;
+        let file = writer.into_inner().map_err(csv::IntoInnerError::into_error);
+        file.and_then(OutputFile::finish)
+            .map_err(|source| LogError::Io { path, source })
     }
 }

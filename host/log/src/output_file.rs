@@ -10,7 +10,7 @@ use std::ffi::OsString;
 use std::fs;
 use std::fs::File;
 use std::io;
-use std::io::{ErrorKind, Read, Write};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -27,6 +27,9 @@ pub enum Existing {
     /// same contents. For a name that the program chose.
     Number,
 }
+
+/// Name that stands for standard output.
+pub const STDOUT: &str = "-";
 
 /// Largest number in a name.
 const NUMBER_MAX: u32 = 1000;
@@ -68,21 +71,13 @@ impl OutputFile {
     /// # Errors
     /// If it exists and must not be replaced, or cannot be created.
     pub fn create(path: &Path, existing: Existing) -> io::Result<Self> {
-        let found = fs::metadata(path).ok();
-        let is_folder = found.as_ref().is_some_and(fs::Metadata::is_dir);
-        let is_device = found
-            .as_ref()
-            .is_some_and(|it| !it.is_file() && !it.is_dir());
-        let target = if path == Path::new("-") {
+        let is_device = fs::metadata(path).is_ok_and(|it| !it.is_file() && !it.is_dir());
+        let target = if path == Path::new(STDOUT) {
             Target::Stdout(Stdout)
-        } else if is_folder {
-            let why = "it is a folder; name a file";
-            return Err(io::Error::new(ErrorKind::IsADirectory, why));
         } else if is_device {
             Target::Device(File::options().write(true).open(path)?)
-        } else if found.is_some() && existing == Existing::Refuse {
-            return Err(exists());
         } else {
+            check(path, existing)?;
             let path = beside(&resolved(path));
             let file = File::create_new(&path)?;
             Target::Beside(Temporary { path, file })
@@ -92,6 +87,11 @@ impl OutputFile {
             existing,
             target,
         })
+    }
+
+    /// The path that it was created for.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// Gives the file its name; returns the path, which may have a number.
@@ -133,6 +133,15 @@ impl Write for OutputFile {
     }
 }
 
+impl Seek for OutputFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        match &mut self.target {
+            Target::Stdout(_) => Err(ErrorKind::NotSeekable.into()),
+            Target::Device(file) | Target::Beside(Temporary { file, .. }) => file.seek(to),
+        }
+    }
+}
+
 /// Writes a whole file; returns its path, which may have a number.
 ///
 /// # Errors
@@ -141,6 +150,18 @@ pub fn write(path: &Path, bytes: &[u8], existing: Existing) -> io::Result<PathBu
     let mut file = OutputFile::create(path, existing)?;
     file.write_all(bytes)?;
     file.finish()
+}
+
+/// Checks that a file may be written, before the work begins whose result it gets.
+///
+/// # Errors
+/// If it exists and must not be replaced.
+pub fn check(path: &Path, existing: Existing) -> io::Result<()> {
+    match fs::metadata(path) {
+        Ok(found) if found.is_dir() => Err(is_folder()),
+        Ok(found) if found.is_file() && existing == Existing::Refuse => Err(exists()),
+        Ok(_) | Err(_) => Ok(()),
+    }
 }
 
 /// Creates a log under its own name, so that what is written of it survives the program.
@@ -159,6 +180,10 @@ pub fn create_log(path: &Path) -> io::Result<File> {
         }
         created => created,
     }
+}
+
+fn is_folder() -> io::Error {
+    io::Error::new(ErrorKind::IsADirectory, "it is a folder; name a file")
 }
 
 fn exists() -> io::Error {

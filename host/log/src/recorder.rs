@@ -20,6 +20,7 @@ use armbridge_client::Tap;
 use super::LogError;
 use super::fsync_thread::SyncFn;
 use super::mcap_file::LogFile;
+use super::output_file;
 use super::queue::{self, Queue, QueueTap};
 pub use super::writer_thread::RecorderReport;
 use super::writer_thread::{LogWriter, Shared};
@@ -36,7 +37,7 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Creates the file, and the thread that writes it. Never blocks the link: bytes that
+    /// Creates the file, which must not exist, and the thread that writes it. Never blocks the link: bytes that
     /// do not fit into the queue are counted.
     ///
     /// # Errors
@@ -59,25 +60,26 @@ impl Recorder {
             path: path.to_path_buf(),
             source,
         };
-        let file = std::fs::File::create(path).map_err(failed)?;
+        let file = output_file::create_log(path).map_err(failed)?;
         // The directory entry must survive a power cut too. Some systems have no folders that
         // can be synced; then this is skipped.
         if let Some(Ok(folder)) = path.parent().map(std::fs::File::open) {
             let _ = folder.sync_all();
         }
         let second = file.try_clone().map_err(failed)?;
+        let is_file = file.metadata().is_ok_and(|it| it.is_file());
         let sync = move || match second.sync_data() {
             // A pipe, for example, cannot be synced.
             Err(error) if error.kind() == io::ErrorKind::InvalidInput => Ok(()),
             done => done,
         };
-        Self::on_disk(
-            path,
-            Box::new(file),
-            Box::new(sync),
-            facts,
-            Queue::new(blocks_when_full, queue::CAPACITY),
-        )
+        let queue = Queue::new(blocks_when_full, queue::CAPACITY);
+        let begun = Self::on_disk(path, Box::new(file), Box::new(sync), facts, queue);
+        if begun.is_err() && is_file {
+            // An empty log is of no use.
+            let _ = std::fs::remove_file(path);
+        }
+        begun
     }
 
     pub(super) fn on_disk(

@@ -13,6 +13,7 @@ use armbridge_analysis::plan_runner::Script;
 use armbridge_client::enum_names;
 use armbridge_log::export::{self, About, Format, column};
 use armbridge_log::inspect::settings;
+use armbridge_log::output_file::{Existing, OutputFile};
 use armbridge_log::recording::Row;
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::simulation::TrueState;
@@ -183,7 +184,9 @@ fn export_all(folder: &Path, records: &[Record], settings: &Settings) {
             truth: truth(record),
         };
         let rows = || Ok(records.iter().map(row));
-        let ticks = export::write(format, &path, &about, rows).unwrap();
+        let file = OutputFile::create(&path, Existing::Replace).unwrap();
+        let (written, ticks) = export::write(format, file, &about, rows).unwrap();
+        assert_eq!(written, path);
         assert_eq!(ticks, records.len() as u64);
     }
 }

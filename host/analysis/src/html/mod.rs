@@ -60,9 +60,12 @@ pub(crate) fn document(title: &str, style: &str, body: &Markup) -> String {
     page.into_string()
 }
 
-/// Writes a page into an existing folder as `report.html`; returns its path.
+/// Name of a page's file.
+pub const PAGE_NAME: &str = "report.html";
+
+/// Writes a page into an existing folder; returns its path.
 pub(crate) fn write(folder: &Path, page: &str) -> Result<PathBuf, PlotError> {
-    let path = folder.join("report.html");
+    let path = folder.join(PAGE_NAME);
     plot::write(&path, page.as_bytes())?;
     Ok(path)
 }

@@ -74,6 +74,7 @@ mod stiction;
 mod stribeck;
 mod stribeck_curve;
 
+pub use crate::html::PAGE_NAME;
 pub use acceptance::UncertainParameter;
 pub use arm::KnownParameters;
 pub use board_settings::{UnphysicalArm, identified_settings};

@@ -1,12 +1,14 @@
-//! Runs in parallel, on one thread per processor.
+//! Runs in parallel, on one thread per processor, which ctrl-C ends early.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
 
+use armbridge_client::ctrl_c;
+
 /// Calls `run` for every item, on one thread per processor, and `done` on the calling
 /// thread after each, with the number of finished runs. Results are in the order of the
-/// items.
+/// items. After ctrl-C no run begins, and results are those of the finished ones.
 ///
 /// # Errors
 ///
@@ -24,10 +26,12 @@ pub fn for_each<I: Sync, T: Send, E: Send>(
         for _ in 0..threads.min(items.len()) {
             let (next, run, sender) = (&next, &run, sender.clone());
             scope.spawn(move || {
-                while let Some((index, item)) = {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    items.get(index).map(|item| (index, item))
-                } {
+                while !ctrl_c::is_raised()
+                    && let Some((index, item)) = {
+                        let index = next.fetch_add(1, Ordering::Relaxed);
+                        items.get(index).map(|item| (index, item))
+                    }
+                {
                     // The receiver outlives this thread.
                     let _ = sender.send((index, run(item)));
                 }

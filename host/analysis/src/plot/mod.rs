@@ -37,6 +37,8 @@ pub use preview::draw_preview;
 
 use std::path::{Path, PathBuf};
 
+use armbridge_log::output_file;
+use armbridge_log::output_file::Existing;
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::link::message::Record;
 
@@ -231,7 +233,8 @@ fn write_as<'a>(
 }
 
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), PlotError> {
-    std::fs::write(path, bytes).map_err(|source| PlotError::Write {
+    let written = output_file::write(path, bytes, Existing::Replace);
+    written.map(|_| ()).map_err(|source| PlotError::Write {
         path: path.to_path_buf(),
         source,
     })

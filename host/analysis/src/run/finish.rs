@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use armbridge_client::LinkError;
+use armbridge_client::{LinkError, ctrl_c};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::summary::{LogSummary, ServoSummary, Summary};
 use armbridge_shared::link::message::PortCounters;
@@ -32,8 +32,7 @@ impl Verdict {
         match self {
             Self::Done => 0,
             Self::Failed => 1,
-            // The shell's convention: 128 plus the signal's number.
-            Self::Interrupted => 130,
+            Self::Interrupted => ctrl_c::exit_code(),
         }
     }
 }

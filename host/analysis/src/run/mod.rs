@@ -122,6 +122,14 @@ impl RunHost {
     /// # Errors
     /// If it cannot be created.
     pub fn in_folder(spec: RunSpec, folder: RunFolder) -> Result<Self, RunError> {
+        let path = folder.path().to_path_buf();
+        // Where the disk is full, an empty folder would be all that is left.
+        Self::begin(spec, folder).inspect_err(|_| {
+            let _ = std::fs::remove_dir(path);
+        })
+    }
+
+    fn begin(spec: RunSpec, folder: RunFolder) -> Result<Self, RunError> {
         let RunSpec {
             plan,
             facts,

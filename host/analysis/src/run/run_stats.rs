@@ -100,7 +100,10 @@ impl RunStats {
 
     /// Closes the CSV file; returns its first error.
     pub(super) fn close(&mut self) -> Option<LogError> {
-        let closed = self.csv.take().map_or(Ok(()), CsvWriter::finish);
+        let closed = self
+            .csv
+            .take()
+            .map_or(Ok(()), |csv| csv.finish().map(|_| ()));
         self.csv_error.take().or(closed.err())
     }
 }

@@ -22,8 +22,9 @@ pub(crate) struct LinkArgs {
 pub(crate) struct SessionArgs {
     #[command(flatten)]
     pub(crate) link: LinkArgs,
-    /// Record the link's traffic in this file, as MCAP.
-    #[arg(long, value_name = "FILE")]
+    /// Record the link's traffic as MCAP: in this file if its name ends in .mcap,
+    /// otherwise in a new folder inside this one.
+    #[arg(long, value_name = "FILE|DIR")]
     pub(crate) record: Option<PathBuf>,
     /// The arm of `sim:` and `emulate:`.
     #[command(flatten)]

@@ -2,6 +2,7 @@
 
 mod bus;
 mod expose;
+mod force;
 mod link;
 mod output;
 mod simulation;
@@ -11,6 +12,7 @@ pub(crate) mod values;
 
 pub(crate) use bus::{BusArgs, baud};
 pub(crate) use expose::ExposeArgs;
+pub(crate) use force::ForceArgs;
 pub(crate) use link::{LinkArgs, PaceName, SessionArgs};
 pub(crate) use output::OutputArgs;
 pub(crate) use simulation::{ArmArgs, VirtualServoArgs};

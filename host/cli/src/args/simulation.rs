@@ -7,13 +7,13 @@ use armbridge_sim::servo_kind::{KindError, ServoKind};
 use clap::Args;
 
 use super::suggestions::plants;
-use super::values::angles;
+use super::values::{angles, seed};
 
 /// The virtual arm.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct ArmArgs {
     /// Seed of the encoder noise.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = seed)]
     pub(crate) seed: u64,
     /// Joint angles in rad at which the arm is held until torque comes on
     /// [default: 0.3,-0.25, or as the plant file sets them].

@@ -39,6 +39,11 @@ pub(crate) fn numbers<T: std::str::FromStr + Copy, const N: usize>(text: &str) -
     numbers.ok()?.try_into().ok()
 }
 
+pub(crate) fn seed(text: &str) -> Result<u64, String> {
+    let wrong = |_| format!("expected a whole number from 0 to {}", u64::MAX);
+    text.parse().map_err(wrong)
+}
+
 /// Most seeds at once; ten minutes of work.
 const SEEDS_MAX: usize = 10_000;
 

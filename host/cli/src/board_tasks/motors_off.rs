@@ -3,7 +3,7 @@
 use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US, Session};
 use armbridge_client::status::BoardStatus;
 use armbridge_client::transport::Intent;
-use armbridge_shared::link::message::{Command, Mode, Refusal};
+use armbridge_shared::link::message::{Command, Fault, Mode, Refusal};
 
 use super::{Task, TaskError, View};
 
@@ -71,6 +71,7 @@ enum Step {
 pub struct MotorsOff {
     goal: Goal,
     step: Step,
+    cleared: Option<Fault>,
 }
 
 impl MotorsOff {
@@ -79,7 +80,13 @@ impl MotorsOff {
         Self {
             goal,
             step: Step::Waiting,
+            cleared: None,
         }
+    }
+
+    /// The fault that the board was asked to clear.
+    pub fn cleared(&self) -> Option<Fault> {
+        self.cleared
     }
 }
 
@@ -89,6 +96,9 @@ impl Task for MotorsOff {
         if self.step == Step::Waiting
             && let Some(request) = self.goal.request(session)
         {
+            if let (Goal::Clear, Some(Mode::Fault(fault))) = (self.goal, session.status().mode()) {
+                self.cleared = Some(fault);
+            }
             session.request(now_us, request);
             self.step = Step::Requested(now_us);
             return Ok(());

@@ -1,10 +1,10 @@
 //! `armbridge arm`: armed with zero torque, until ctrl-c.
 
-use std::io::Write;
 use std::process::ExitCode;
 use std::time::Duration;
 
 use armbridge::board_tasks::arm::{Arm, Outcome as Ending};
+use armbridge_client::stdio;
 use armbridge_sim::link::Pace;
 use clap::Args;
 use serde_json::json;
@@ -47,11 +47,10 @@ fn seconds(text: &str) -> Result<Duration, String> {
 pub(crate) fn run(args: &ArmedArgs) -> Outcome {
     let mut job = Arm::new(args.lasts, args.prepare);
     if !args.quiet && !args.task.json {
-        job = job.reporting(|line| eprintln!("{line}"));
+        job = job.reporting(|line| stdio::note(line));
     }
     let (uri, host) = task::go(&args.task, "arm", Pace::WallClock, job)?;
     let ending = host.task.outcome().unwrap_or(&Ending::Disarmed);
-    let mut out = std::io::stdout();
     if args.task.json {
         let report = json!({
             "link": uri.to_string(),
@@ -59,10 +58,11 @@ pub(crate) fn run(args: &ArmedArgs) -> Outcome {
             "held_s": host.task.held().as_secs_f64(),
             "in_words": ending.in_words(),
         });
-        writeln!(out, "{report}")?;
+        stdio::print_line(report)?;
     } else {
         let held_s = host.task.held().as_secs_f64();
-        writeln!(out, "armed for {held_s:.1} s; {}", ending.in_words())?;
+        let in_words = ending.in_words();
+        stdio::print_line(format_args!("armed for {held_s:.1} s; {in_words}"))?;
     }
     Ok(ExitCode::from(match ending {
         Ending::Disarmed => 0,

@@ -4,15 +4,15 @@ use std::io::BufRead;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-use armbridge_client::ctrl_c;
+use armbridge_client::{ctrl_c, stdio};
 
 /// Between two looks whether ctrl-c was pressed.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// Asks on standard error. Only `yes` is yes; input that ends, and ctrl-c, are no.
 pub(super) fn is_agreed(question: &str) -> bool {
-    eprintln!("{question}");
-    eprint!("Type yes to go on: ");
+    stdio::note(question);
+    stdio::note_text("Type yes to go on: ");
     let (sender, answers) = channel();
     // Reading waits for ever, ctrl-c or not. The thread ends with the line, or with the
     // program.
@@ -27,13 +27,13 @@ pub(super) fn is_agreed(question: &str) -> bool {
             Ok(answer) => {
                 let is_yes = answer.is_ok_and(|line| line.trim().eq_ignore_ascii_case("yes"));
                 if !is_yes {
-                    eprintln!();
+                    stdio::note("");
                 }
                 return is_yes;
             }
             Err(RecvTimeoutError::Timeout) if !ctrl_c::is_raised() => {}
             Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {
-                eprintln!();
+                stdio::note("");
                 return false;
             }
         }

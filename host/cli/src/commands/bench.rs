@@ -2,7 +2,6 @@
 
 mod setup;
 
-use std::io::Write;
 use std::path::Path;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -13,6 +12,7 @@ use armbridge_analysis::plot;
 use armbridge_analysis::progress::Progress;
 use armbridge_client::{ctrl_c, stdio};
 use armbridge_log::CsvWriter;
+use armbridge_log::output_file::OutputFile;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::Row;
 use armbridge_log::run_info::RunFacts;
@@ -23,7 +23,8 @@ use armbridge_sim::plant::{PlantConfig, PlantFile, Push};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use super::Outcome;
+use super::{Error, Outcome};
+use crate::args::ForceArgs;
 use crate::args::suggestions::plants;
 use crate::args::values::{
     Seeds, angles, duration, not_negative, numbers, period, positive, seeds, weights,
@@ -37,7 +38,9 @@ Examples:
   armbridge bench --plant dead-zone --disturb 1,0.2,3,0.05 --loss 0.2
 
 Unspecified options use the recommended settings: the LQR, the Kalman filter, and
-0.04 N m against friction. Results are of the true arm's worse joint.";
+0.04 N m against friction. Results are of the true arm's worse joint. Ctrl-C ends the
+bench after the trials that have begun; the finished ones are printed, and the exit code
+is 130.";
 
 /// Trials on the bench.
 #[derive(Args, Debug)]
@@ -86,6 +89,8 @@ pub(crate) struct BenchArgs {
     /// Write the first seed's plots and log to this folder.
     #[arg(long, value_name = "DIR")]
     pub(crate) plot: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// No progress bar, no table.
     #[arg(long)]
     pub(crate) quiet: bool,
@@ -213,53 +218,44 @@ pub(crate) fn run(args: &BenchArgs) -> Outcome {
     ctrl_c::listen()?;
     let recorder = recorder(args, &trial)?;
     let one = |seed| {
-        if ctrl_c::is_raised() {
-            return Ok(None);
-        }
         // The log of the first seed alone is kept.
         let is_shown = args.plot.is_some() && seeds.first() == Some(&seed);
         let tap = recorder.as_ref().filter(|_| is_shown).map(Recorder::tap);
         let run = trial.run_with_tap(seed, tap)?;
         let outcome = Trialled::from_run(&trial, seed, &run);
-        Ok::<_, monte_carlo::TrialError>(Some((outcome, is_shown.then_some(run))))
+        Ok::<_, monte_carlo::TrialError>((outcome, is_shown.then_some(run)))
     };
     let results = monte_carlo::for_seeds(seeds, one, |done| progress.set_position(done as f64))?;
     progress.finish();
+    let (outcomes, mut runs): (Vec<_>, Vec<_>) = results.into_iter().unzip();
+    // Printed before log and plots are written, which may fail.
+    print(args, &trial, &outcomes)?;
     recorder.map(Recorder::finish).transpose()?;
-    let (outcomes, mut runs): (Vec<_>, Vec<_>) = results.into_iter().flatten().unzip();
-    if outcomes.is_empty() {
-        return Ok(ExitCode::from(ctrl_c::exit_code()));
-    }
     if let (Some(folder), Some(run)) = (&args.plot, runs.first_mut().and_then(Option::take)) {
-        write(folder, &facts(&trial, seeds[0]), &run)?;
+        write(folder, args.force, &facts(&trial, seeds[0]), &run)?;
     }
-    let mut out = std::io::stdout();
-    let printed = if args.json {
-        let report = Report {
-            trial: Described::of(&trial, args.reference),
-            outcomes: &outcomes,
-        };
-        writeln!(out, "{}", serde_json::to_string(&report)?)
-    } else if args.quiet {
-        Ok(())
-    } else {
-        let heading = heading(args, &trial);
-        writeln!(
-            out,
-            "{heading}\n{}",
-            monte_carlo::table(&outcomes).trim_end()
-        )
-    };
-    printed.map_err(|error| format!("cannot print the outcomes: {error}"))?;
     if outcomes.len() < seeds.len() {
-        let (done, count) = (outcomes.len(), seeds.len());
-        stdio::note(format_args!(
-            "armbridge: ended by ctrl-c after {done} of {count} seeds"
-        ));
+        let (done, all) = (outcomes.len(), seeds.len());
+        stdio::note(format_args!("armbridge: ended after {done} of {all} seeds"));
         return Ok(ExitCode::from(ctrl_c::exit_code()));
     }
     let is_faulty = outcomes.iter().any(|outcome| outcome.fault.is_some());
     Ok(ExitCode::from(u8::from(is_faulty)))
+}
+
+fn print(args: &BenchArgs, trial: &Trial, outcomes: &[Trialled]) -> Result<(), Error> {
+    if args.json {
+        let report = Report {
+            trial: Described::of(trial, args.reference),
+            outcomes,
+        };
+        stdio::print_line(serde_json::to_string(&report)?)?;
+    } else if !args.quiet && !outcomes.is_empty() {
+        let heading = heading(args, trial);
+        let table = monte_carlo::table(outcomes);
+        stdio::print_line(format_args!("{heading}\n{}", table.trim_end()))?;
+    }
+    Ok(())
 }
 
 /// Output of `--json`.
@@ -295,7 +291,7 @@ impl Described {
     }
 }
 
-fn trial(args: &BenchArgs) -> Result<Trial, Box<dyn std::error::Error>> {
+fn trial(args: &BenchArgs) -> Result<Trial, Error> {
     let file = match &args.plant {
         Some(name) => PlantFile::load(name)?,
         None => PlantFile::default(),
@@ -336,8 +332,11 @@ fn heading(args: &BenchArgs, trial: &Trial) -> String {
 }
 
 /// Plots of a run, and its records as a table; its log has been written.
-fn write(folder: &Path, facts: &RunFacts, run: &Run) -> Result<(), Box<dyn std::error::Error>> {
-    let mut csv = CsvWriter::create(&folder.join("run.csv"), false)?;
+fn write(folder: &Path, force: ForceArgs, facts: &RunFacts, run: &Run) -> Result<(), Error> {
+    let path = folder.join("run.csv");
+    let file = OutputFile::create(&path, force.chosen());
+    let file = file.map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+    let mut csv = CsvWriter::to(file, false)?;
     for record in &run.records {
         csv.row(&Row::from(*record))?;
     }
@@ -347,16 +346,15 @@ fn write(folder: &Path, facts: &RunFacts, run: &Run) -> Result<(), Box<dyn std::
 }
 
 /// The recorder of the first seed, if its log is requested.
-fn recorder(
-    args: &BenchArgs,
-    trial: &Trial,
-) -> Result<Option<Recorder>, Box<dyn std::error::Error>> {
+fn recorder(args: &BenchArgs, trial: &Trial) -> Result<Option<Recorder>, Error> {
     let (Some(folder), Some(seed)) = (&args.plot, args.seeds.0.first()) else {
         return Ok(None);
     };
     std::fs::create_dir_all(folder)
         .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
     let path = folder.join("run.mcap");
+    // The trial of a seed can be repeated, and with it its log.
+    args.force.make_room(&path)?;
     Ok(Some(Recorder::create_waiting(&path, &facts(trial, *seed))?))
 }
 

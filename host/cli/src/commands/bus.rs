@@ -1,8 +1,9 @@
 //! The servo bus for `scan` and `servo`: opening the port, and confirmation.
 
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 
 use armbridge_client::servo_bus::{BusMaster, Line};
+use armbridge_client::stdio;
 
 use super::Error;
 use crate::args::BusArgs;
@@ -15,7 +16,7 @@ pub(super) fn open(args: &BusArgs, baud: u32) -> Result<BusMaster<Box<dyn Line>>
     )?;
     let line = port.open(baud)?;
     if let Some(hint) = port.latency_timer().and_then(|timer| timer.hint()) {
-        eprintln!("{port}: {hint}");
+        stdio::note(format_args!("{port}: {hint}"));
     }
     let client = BusMaster::new(line, args.patience);
     client.map_err(|error| format!("{port} failed: {error}").into())
@@ -33,8 +34,7 @@ pub(super) fn confirm(action: &str, yes: bool) -> Result<(), Error> {
         )
         .into());
     }
-    eprint!("{action}. Go on? [y/N] ");
-    std::io::stderr().flush()?;
+    stdio::note_text(format_args!("{action}. Go on? [y/N] "));
     let mut answer = String::new();
     input.read_line(&mut answer)?;
     match answer.trim() {

@@ -1,12 +1,13 @@
 //! `armbridge calibrate`: zero and sign of each joint, by hand.
 
-use std::io::{BufRead, IsTerminal, Write};
+use std::io::{BufRead, IsTerminal};
 use std::process::ExitCode;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use armbridge::board_tasks::TaskError;
 use armbridge::board_tasks::calibrate::{Calibrate, CalibrationOptions, Guide};
 use armbridge::config::Config;
+use armbridge_client::stdio;
 use armbridge_log::text_table;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
@@ -65,7 +66,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Outcome {
         .link(args.task.link.link.as_ref())?
         .is_simulated()
     {
-        eprintln!("{PRACTICE}");
+        stdio::note(PRACTICE);
     }
     let options = CalibrationOptions {
         joints: args.joints(),
@@ -78,17 +79,16 @@ pub(crate) fn run(args: &CalibrateArgs) -> Outcome {
         .task
         .result()
         .ok_or("the calibration was not completed")?;
-    let mut out = std::io::stdout();
     if args.task.json {
         let report = json!({
             "link": uri.to_string(),
             "before": before.map(as_json),
             "after": after.map(as_json),
         });
-        writeln!(out, "{report}")?;
+        stdio::print_line(report)?;
     } else {
-        write!(out, "{}", as_text(&before, &after))?;
-        writeln!(out, "Saved on the board.")?;
+        stdio::print(as_text(&before, &after))?;
+        stdio::print_line("Saved on the board.")?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -150,12 +150,12 @@ impl Terminal {
 impl Guide for Terminal {
     fn say(&mut self, line: &str) {
         let over = if self.is_live { "\r\x1b[K" } else { "" };
-        eprintln!("{over}{line}");
+        stdio::note(format_args!("{over}{line}"));
     }
 
     fn show(&mut self, line: &str) {
         if self.is_live {
-            eprint!("\r\x1b[K{line} ");
+            stdio::note_text(format_args!("\r\x1b[K{line} "));
         }
     }
 

@@ -1,6 +1,7 @@
 //! `armbridge clear`: a latched fault cleared.
 
 use armbridge::board_tasks::motors_off::{Goal, MotorsOff};
+use armbridge_client::enum_names;
 use armbridge_sim::link::Pace;
 
 use super::{Outcome, task};
@@ -15,5 +16,12 @@ Remove the cause first: `armbridge status` shows it.";
 
 pub(crate) fn run(args: &TaskArgs) -> Outcome {
     let (uri, host) = task::go(args, "clear", Pace::Free, MotorsOff::new(Goal::Clear))?;
-    task::print(args, &uri, &host, "no fault is latched; motors are off")
+    let message = host.task.cleared().map_or_else(
+        || "no fault was latched; motors are off".to_owned(),
+        |fault| {
+            let fault = enum_names::fault(fault);
+            format!("the fault {fault} is cleared; motors are off")
+        },
+    );
+    task::print(args, &uri, &host, &message)
 }

@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::process::ExitCode;
 
+use armbridge_client::stdio::Stdout;
 use clap::{Args, Command};
 use clap_complete::Shell;
 
@@ -29,7 +30,7 @@ pub(crate) fn run(args: &CompletionsArgs, mut program: Command) -> Outcome {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut program, "armbridge", &mut script);
     let script = with_files(args.shell, String::from_utf8(script)?);
-    std::io::stdout().write_all(script.as_bytes())?;
+    Stdout.write_all(script.as_bytes())?;
     Ok(ExitCode::SUCCESS)
 }
 

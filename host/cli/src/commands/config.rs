@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use armbridge::config::{Config, FILE_NAME, InForce, explain};
 use armbridge_client::params::to_text;
+use armbridge_client::stdio::Stdout;
 use armbridge_log::text_table;
 use clap::Args;
 use serde_json::{Value, json};
@@ -37,7 +38,7 @@ pub(crate) struct ConfigArgs {
 }
 
 pub(crate) fn run(args: &ConfigArgs) -> Outcome {
-    let mut out = std::io::stdout();
+    let mut out = Stdout;
     if args.explain {
         write!(out, "{}", explain())?;
         return Ok(ExitCode::SUCCESS);
@@ -92,7 +93,7 @@ fn init() -> Outcome {
         _ => format!("cannot write {FILE_NAME}: {error}"),
     })?;
     writeln!(
-        std::io::stdout(),
+        Stdout,
         "written: {FILE_NAME}; take the # off what you want to change"
     )?;
     Ok(ExitCode::SUCCESS)

@@ -2,7 +2,6 @@
 
 mod text;
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -11,7 +10,10 @@ use armbridge_analysis::design;
 use armbridge_analysis::design::Design;
 use armbridge_client::params;
 use armbridge_client::refusal_text;
+use armbridge_client::stdio;
 use armbridge_client::toml_file::Document;
+use armbridge_log::output_file;
+use armbridge_log::output_file::Existing;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Controller, Gains, Settings, Setup};
 use clap::Args;
@@ -20,8 +22,8 @@ use toml::Value;
 
 use super::params_exchange::{ExchangeOptions, apply};
 use super::{Error, Outcome};
-use crate::args::LinkArgs;
 use crate::args::values::{numbers, period};
+use crate::args::{ForceArgs, LinkArgs};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -56,12 +58,14 @@ pub(crate) struct DesignArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) arm: Option<PathBuf>,
     /// Draw the step response to this file, as .svg and as .png.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = figure)]
     pub(crate) plot: Option<PathBuf>,
     /// Write the controller, the estimator and the period to a file, for `params --from`,
     /// `replay --with` or armbridge.toml.
     #[arg(long, value_name = "FILE")]
     pub(crate) write: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// Send the design to the board, as one group.
     #[arg(long)]
     pub(crate) apply: bool,
@@ -103,6 +107,15 @@ pub(crate) struct DesignControlArgs {
 #[expect(clippy::unnecessary_wraps, reason = "the shape that clap asks for")]
 fn value(text: &str) -> Result<Value, std::convert::Infallible> {
     Ok(params::of_text(text))
+}
+
+/// A file that a figure can be drawn to.
+fn figure(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension().and_then(std::ffi::OsStr::to_str) {
+        None | Some("svg" | "png") => Ok(path),
+        Some(_) => Err("expected a file ending in .svg or .png; both are drawn".into()),
+    }
 }
 
 /// Sum and product of each joint's two poles.
@@ -148,24 +161,28 @@ pub(crate) fn run(args: &DesignArgs) -> Outcome {
             refusal_text::in_words(why)
         )
     })?;
-    let mut out = std::io::stdout();
     if args.json {
         let parameters = params::to_table(designed(&settings));
         let report = json!({ "parameters": parameters, "design": design });
-        writeln!(out, "{report}")?;
+        stdio::print_line(report)?;
     } else {
-        write!(out, "{}", text::as_text(&settings, &design))?;
+        stdio::print(text::as_text(&settings, &design))?;
     }
     if let Some(path) = &args.write {
-        write_file(path, &settings)?;
+        write_file(path, &settings, args.force.chosen())?;
     }
     if let Some(path) = &args.plot {
+        for ending in ["svg", "png"] {
+            let path = path.with_extension(ending);
+            output_file::check(&path, args.force.chosen())
+                .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+        }
         for file in design::draw_step(&setup, path)? {
             say(args, &format!("drawn: {}", file.display()))?;
         }
     }
     if !design.is_stable {
-        eprintln!("armbridge: the loop with this estimator is unstable: nothing was sent");
+        stdio::note("armbridge: the loop with this estimator is unstable: nothing was sent");
         return Ok(ExitCode::from(1));
     }
     if args.apply {
@@ -189,7 +206,7 @@ pub(crate) fn run(args: &DesignArgs) -> Outcome {
 /// Prints text; on standard error beside a JSON object.
 fn say(args: &DesignArgs, line: &str) -> Result<(), Error> {
     if !args.json {
-        writeln!(std::io::stdout(), "{line}")?;
+        stdio::print_line(line)?;
     }
     Ok(())
 }
@@ -261,13 +278,14 @@ fn designed(settings: &Settings) -> Vec<(&'static params::Parameter, Value)> {
     pairs
 }
 
-fn write_file(path: &Path, settings: &Settings) -> Result<(), Error> {
+fn write_file(path: &Path, settings: &Settings, existing: Existing) -> Result<(), Error> {
     let table = params::to_table(designed(settings));
     let text = format!("# Made by `armbridge design`.\n{table}");
     // Checked before it is written: the file can be read again.
     Document::parse(path, text.clone())?;
-    std::fs::write(path, text)
-        .map_err(|error| format!("cannot write {}: {error}", path.display()).into())
+    output_file::write(path, text.as_bytes(), existing)
+        .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+    Ok(())
 }
 
 #[cfg(test)]

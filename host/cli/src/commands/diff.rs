@@ -1,10 +1,10 @@
 //! `armbridge diff`: where two logs differ.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use armbridge_analysis::run_folder::DEFAULT_BASE;
+use armbridge_client::stdio;
 use armbridge_log::inspect::{Diff, Head, Log};
 use armbridge_log::log_path::find;
 use clap::Args;
@@ -43,10 +43,9 @@ pub(crate) fn run(args: &DiffArgs) -> Outcome {
     };
     for Head { path, damage, .. } in [&a.head, &b.head] {
         for damage in damage {
-            eprintln!("{}: {damage}", path.display());
+            stdio::note(format_args!("{}: {damage}", path.display()));
         }
     }
-    writeln!(std::io::stdout(), "{}", text.trim_end())
-        .map_err(|error| format!("cannot print: {error}"))?;
+    stdio::print_line(text.trim_end())?;
     Ok(ExitCode::from(u8::from(!diff.is_same())))
 }

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use armbridge::config::Config;
+use armbridge_client::stdio::Stdout;
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 use ratatui::crossterm::terminal;
@@ -117,7 +118,7 @@ pub(crate) fn run(args: &DoctorArgs) -> Outcome {
     let is_missing = |check: &&Check| matches!(check.result, Finding::Missing { .. });
     let is_asked = |check: &&Check| check.job == Job::Run || args.jobs.contains(&check.job);
     let needed = checks.iter().filter(is_asked).find(is_missing);
-    let mut out = std::io::stdout();
+    let mut out = Stdout;
     if args.json {
         let rows: Vec<Value> = checks.iter().map(as_json).collect();
         writeln!(out, "{}", json!({ "ok": needed.is_none(), "checks": rows }))?;

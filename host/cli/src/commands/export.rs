@@ -1,23 +1,24 @@
 //! `armbridge export`: a log in another program's format.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use armbridge_analysis::run_folder::DEFAULT_BASE;
+use armbridge_client::stdio;
 use armbridge_log::export;
 use armbridge_log::export::Format;
-use armbridge_log::inspect::{Head, log};
-use armbridge_log::log_path::find;
+use armbridge_log::inspect::{Head, log as inspect};
+use armbridge_log::output_file::{OutputFile, STDOUT};
 use clap::{Args, ValueEnum};
 
-use super::Outcome;
+use super::{Outcome, log};
+use crate::args::ForceArgs;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
   armbridge export csv
   armbridge export parquet run.mcap --out run.parquet
   armbridge export mat run.mcap
+  armbridge export csv --out - | head -3
 
 In Python:   pandas.read_parquet('run.parquet')
 In MATLAB:   load run.mat; plot(log.time_s, log.angle_rad_1)";
@@ -30,9 +31,12 @@ pub(crate) struct ExportArgs {
     /// Log, or run folder with a run.mcap; by default the newest run.
     #[arg(value_name = "LOG")]
     pub(crate) log: Option<PathBuf>,
-    /// File to write [default: beside the log].
+    /// File to write, ending in .csv, .parquet or .mat as the format does, or - to print
+    /// CSV [default: beside the log, with a number if there is another one].
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
 }
 
 /// Formats of exported files.
@@ -46,36 +50,70 @@ pub(crate) enum FormatName {
     Mat,
 }
 
+impl From<FormatName> for Format {
+    fn from(name: FormatName) -> Self {
+        match name {
+            FormatName::Csv => Self::Csv,
+            FormatName::Parquet => Self::Parquet,
+            FormatName::Mat => Self::Mat,
+        }
+    }
+}
+
 pub(crate) fn run(args: &ExportArgs) -> Outcome {
-    let format = match args.format {
-        FormatName::Csv => Format::Csv,
-        FormatName::Parquet => Format::Parquet,
-        FormatName::Mat => Format::Mat,
-    };
-    let log = find(args.log.as_deref(), Path::new(DEFAULT_BASE))?;
-    let out = out(args, &log, format)?;
+    let format = Format::from(args.format);
+    if let Some(out) = &args.out {
+        check_ending(out, format)?;
+    }
+    let log = log::find(args.log.as_deref())?;
+    let beside = || log.with_extension(format.extension());
+    let out = args.out.clone().unwrap_or_else(beside);
+    let is_printed = out == Path::new(STDOUT);
+    let file = OutputFile::create(&out, args.force.existing(args.out.as_ref()));
+    let file = file.map_err(|error| {
+        let out = out.display();
+        format!("cannot write {out}: {error}; or choose another place with --out")
+    })?;
     // Read to its end first: its damage is exported, too.
     let head = Head::read(&log, |_| ())?;
-    let rows = || Ok(log::rows(&log)?);
-    let ticks = export::write(format, &out, &head.about(), rows)?;
+    let rows = || Ok(inspect::rows(&log)?);
+    let (out, ticks) = export::write(format, file, &head.about(), rows)?;
     for damage in &head.damage {
-        eprintln!("{}: {damage}", log.display());
+        stdio::note(format_args!("{}: {damage}", log.display()));
     }
-    let megabytes = out.metadata().map_or(0.0, |file| file.len() as f64 / 1e6);
-    let line = format!("{} · {ticks} ticks, {megabytes:.1} MB", out.display());
-    writeln!(std::io::stdout(), "{line}").map_err(|error| format!("cannot print: {error}"))?;
+    if !is_printed {
+        let megabytes = out.metadata().map_or(0.0, |file| file.len() as f64 / 1e6);
+        let out = out.display();
+        stdio::print_line(format_args!("{out} · {ticks} ticks, {megabytes:.1} MB"))?;
+    }
     Ok(ExitCode::SUCCESS)
 }
 
-/// Path to write to.
-fn out(args: &ExportArgs, log: &Path, format: Format) -> Result<PathBuf, String> {
-    let beside = || log.with_extension(format.extension());
-    let out = args.out.clone().unwrap_or_else(beside);
-    if out == log {
-        return Err(format!(
-            "{} is the log itself; choose another file with --out",
-            out.display()
-        ));
+/// Checks that a file's name ends as its format does: programs go by the ending.
+fn check_ending(out: &Path, format: Format) -> Result<(), String> {
+    if out == Path::new(STDOUT) {
+        return match format {
+            Format::Csv => Ok(()),
+            Format::Parquet | Format::Mat => Err(format!(
+                "only csv can be printed; name a file ending in .{}",
+                format.extension()
+            )),
+        };
     }
-    Ok(out)
+    let ending = out.extension().and_then(std::ffi::OsStr::to_str);
+    let others = [Format::Csv, Format::Parquet, Format::Mat].map(Format::extension);
+    let other = ending.filter(|ending| {
+        !ending.eq_ignore_ascii_case(format.extension())
+            && (others
+                .iter()
+                .any(|other| ending.eq_ignore_ascii_case(other))
+                || ending.eq_ignore_ascii_case("mcap"))
+    });
+    other.map_or(Ok(()), |ending| {
+        Err(format!(
+            "{} ends in .{ending}, but the format is {}; name a file ending in .{1}",
+            out.display(),
+            format.extension()
+        ))
+    })
 }

@@ -1,12 +1,12 @@
 //! `armbridge fault-campaign`: faults of every kind on the bench.
 
 use std::convert::Infallible;
-use std::io::Write;
 use std::ops::Range;
 use std::process::ExitCode;
 
 use armbridge_analysis::monte_carlo;
 use armbridge_analysis::progress::Progress;
+use armbridge_client::{ctrl_c, stdio};
 use armbridge_shared::servo::Firmware;
 use armbridge_sim::fault_campaign;
 use armbridge_sim::fault_campaign::Kind;
@@ -14,6 +14,7 @@ use armbridge_sim::fault_campaign::{Case, Report};
 use clap::{Args, ValueEnum};
 
 use super::Outcome;
+use crate::args::values::seed;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -41,7 +42,7 @@ pub(crate) struct FaultCampaignArgs {
     )]
     pub(crate) seeds: Range<u64>,
     /// Run only this seed, and print its events.
-    #[arg(long, value_name = "SEED")]
+    #[arg(long, value_name = "SEED", value_parser = seed)]
     pub(crate) seed: Option<u64>,
     /// Run only seeds whose faults are all of these kinds.
     #[arg(
@@ -97,13 +98,18 @@ fn seeds(text: &str) -> Result<Range<u64>, String> {
 }
 
 pub(crate) fn run(args: &FaultCampaignArgs) -> Outcome {
-    let (report, text) = match args.seed {
+    ctrl_c::listen()?;
+    let (outcomes, seeds, text) = match args.seed {
         Some(seed) => {
             let (outcome, story) = fault_campaign::run_with_trace(seed);
-            (Report::new(&[outcome]), Some(story))
+            (vec![outcome], 1, Some(story))
         }
-        None => (campaign(args), None),
+        None => {
+            let (outcomes, seeds) = campaign(args);
+            (outcomes, seeds, None)
+        }
     };
+    let report = Report::new(&outcomes);
     let text = if args.json {
         serde_json::to_string(&report)? + "\n"
     } else if args.quiet {
@@ -111,13 +117,20 @@ pub(crate) fn run(args: &FaultCampaignArgs) -> Outcome {
     } else {
         text.unwrap_or_else(|| fault_campaign::table(&report))
     };
-    let mut out = std::io::stdout();
-    write!(out, "{text}").map_err(|error| format!("cannot print the report: {error}"))?;
+    stdio::print(text)?;
+    let done = outcomes.len();
+    if done < seeds {
+        stdio::note(format_args!(
+            "armbridge: ended after {done} of {seeds} seeds"
+        ));
+        return Ok(ExitCode::from(ctrl_c::exit_code()));
+    }
     Ok(ExitCode::from(u8::from(!report.holds())))
 }
 
-/// Runs the seeds whose faults are all of the requested kinds, with the requested servos.
-fn campaign(args: &FaultCampaignArgs) -> Report {
+/// Runs the seeds whose faults are all of the requested kinds, with the requested servos;
+/// returns the finished ones, and the number of all.
+fn campaign(args: &FaultCampaignArgs) -> (Vec<fault_campaign::Outcome>, usize) {
     let servos: Option<Firmware> = args.servos.map(Into::into);
     let is_wanted = |seed: &u64| {
         let is_kind = |kind| args.kinds.is_empty() || args.kinds.contains(&kind);
@@ -131,7 +144,8 @@ fn campaign(args: &FaultCampaignArgs) -> Report {
     let one = |seed| Ok::<_, Infallible>(fault_campaign::run(seed));
     let outcomes = monte_carlo::for_seeds(&seeds, one, |done| progress.set_position(done as f64));
     progress.finish();
-    Report::new(&outcomes.unwrap_or_else(|never| match never {}))
+    let outcomes = outcomes.unwrap_or_else(|never| match never {});
+    (outcomes, seeds.len())
 }
 
 #[cfg(test)]

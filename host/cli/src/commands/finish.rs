@@ -11,7 +11,6 @@
 //! ```
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -19,6 +18,7 @@ use armbridge_analysis::plan_runner::PlanError;
 use armbridge_analysis::plan_runner::plan::Base;
 use armbridge_analysis::run::{BASELINE_LOG, Baseline, Finished, RUN_LOG, RunHost, Verdict};
 use armbridge_client::LinkError;
+use armbridge_client::stdio;
 use armbridge_log::summary::{SETTLED_RAD, SegmentSummary, Summary, WIDTH};
 use armbridge_log::text_table;
 use serde::Serialize;
@@ -69,7 +69,7 @@ pub(super) fn finish(
         print(&screen(&finished, description, output.verbose), folder)?;
     }
     if let Some(ended) = &finished.summary.ended {
-        eprintln!("armbridge: the run ended early: {ended}");
+        stdio::note(format_args!("armbridge: the run ended early: {ended}"));
     }
     Ok(ExitCode::from(finished.verdict.exit_code()))
 }
@@ -264,8 +264,5 @@ fn remarks(summary: &Summary, is_verbose: bool) -> String {
 
 /// Prints the summary; an error names the run's folder.
 fn print(text: &str, folder: &Path) -> Result<(), String> {
-    write!(std::io::stdout(), "{text}").map_err(|error| {
-        let path = folder.display();
-        format!("cannot print the summary: {error}; the run is in {path}")
-    })
+    stdio::print(text).map_err(|error| format!("{error}; the run is in {}", folder.display()))
 }

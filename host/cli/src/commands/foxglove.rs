@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::Outcome;
 use crate::args::{ExposeArgs, SessionArgs};
+use armbridge_client::stdio;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -70,8 +71,6 @@ fn token(text: &str) -> Result<String, String> {
 
 #[cfg(feature = "foxglove")]
 pub(crate) fn run(args: &FoxgloveArgs) -> Outcome {
-    use std::io::Write;
-
     use armbridge::foxglove::access::Access;
     use armbridge::foxglove::run;
     use armbridge::foxglove::server::Server;
@@ -90,17 +89,16 @@ pub(crate) fn run(args: &FoxgloveArgs) -> Outcome {
         armbridge_client::transport::Intent::CommandOrObserve,
     )?;
     // A parent process reads the address here.
-    println!("{}", server.url());
-    std::io::stdout().flush()?;
-    eprintln!("{}: open {}", opened.title, server.app_url());
+    stdio::print_line(server.url())?;
+    stdio::note(format_args!("{}: open {}", opened.title, server.app_url()));
     let served = run::run(opened.session(), &opened.event_queue, &mut server);
     let ended = opened.end();
     drop(server);
     ended?;
     let served = served?;
-    eprintln!(
+    stdio::note(format_args!(
         "{} messages, {} events left out",
         served.messages, served.unseen
-    );
+    ));
     Ok(std::process::ExitCode::SUCCESS)
 }

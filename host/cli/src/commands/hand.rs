@@ -10,6 +10,7 @@ use super::Outcome;
 use super::touch::touch;
 use crate::args::LinkArgs;
 use crate::args::values::angles;
+use armbridge_client::stdio;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -51,7 +52,7 @@ fn seconds(text: &str) -> Result<f32, String> {
 pub(crate) fn run(args: &HandArgs) -> Outcome {
     let Some(to_rad) = args.angles else {
         touch(&args.link, Touch::Release)?;
-        println!("the hand lets go of the simulated arm");
+        stdio::print_line("the hand lets go of the simulated arm")?;
         return Ok(ExitCode::SUCCESS);
     };
     let motion = Touch::Move {
@@ -62,9 +63,9 @@ pub(crate) fn run(args: &HandArgs) -> Outcome {
     // Simulated time keeps pace with the wall clock.
     std::thread::sleep(Duration::from_secs_f32(args.duration));
     let [first, second] = to_rad;
-    println!(
+    stdio::print_line(format_args!(
         "the simulated arm is held at {first:+.3} and {second:+.3} rad until a motor drives it, \
          or `armbridge hand --release`"
-    );
+    ))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -6,27 +6,27 @@ mod paper;
 mod preview;
 mod run;
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use armbridge_analysis::identify::{
-    Checks, Diagnosis, FitResult, KnownParameters, Prior, Report, Tally, Trace,
+    Checks, Diagnosis, FitResult, KnownParameters, PAGE_NAME, Prior, Report, Tally, Trace,
     identified_settings, identify, traces,
 };
-use armbridge_analysis::run_folder::DEFAULT_BASE;
 use armbridge_client::params;
 use armbridge_client::params::Parameter;
+use armbridge_client::stdio;
 use armbridge_log::inspect::Log;
-use armbridge_log::log_path::find as find_log;
+use armbridge_log::output_file;
+use armbridge_log::output_file::Existing;
 use armbridge_shared::link::message::Settings;
 use clap::{Args, Subcommand};
 use toml::Value;
 
 use self::apply::Apply;
 use self::output::OutputOptions;
-use super::{Error, Outcome};
-use crate::args::LinkArgs;
+use super::{Error, Outcome, log};
+use crate::args::{ForceArgs, LinkArgs};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -96,6 +96,8 @@ pub(crate) struct FitArgs {
     /// Write report.html, a page with figures, into this folder.
     #[arg(long, value_name = "DIR")]
     pub(crate) report: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// Print one JSON object instead of the table.
     #[arg(long)]
     pub(crate) json: bool,
@@ -120,6 +122,12 @@ pub(crate) fn run(args: &IdentifyArgs) -> Outcome {
 }
 
 fn fit(args: &FitArgs) -> Outcome {
+    // A fit takes long: a file that is in the way is reported first.
+    let report = args.report.as_ref().map(|folder| folder.join(PAGE_NAME));
+    for path in args.out.iter().chain(&report) {
+        output_file::check(path, args.force.chosen())
+            .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+    }
     let fit = Fit::from_logs(&paths(&args.logs), args.weighed)?;
     let description = output::describe(
         &fit,
@@ -133,10 +141,10 @@ fn fit(args: &FitArgs) -> Outcome {
     } else {
         description.text
     };
-    write!(std::io::stdout(), "{text}").map_err(|error| format!("cannot print: {error}"))?;
     if let Some(path) = &args.out {
-        fit.write_to(path)?;
+        fit.write_to(path, args.force.chosen())?;
     }
+    stdio::print(text)?;
     if !args.apply {
         return Ok(ExitCode::SUCCESS);
     }
@@ -198,10 +206,11 @@ impl Fit {
     }
 
     /// Writes them to a file, with tables as in armbridge.toml.
-    fn write_to(&self, path: &Path) -> Result<(), Error> {
+    fn write_to(&self, path: &Path, existing: Existing) -> Result<(), Error> {
         let table = params::to_table(self.arm()?);
-        std::fs::write(path, toml::to_string(&table)?)
-            .map_err(|error| format!("cannot write {}: {error}", path.display()).into())
+        output_file::write(path, toml::to_string(&table)?.as_bytes(), existing)
+            .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+        Ok(())
     }
 }
 
@@ -228,10 +237,10 @@ fn load(logs: &[Option<&Path>]) -> Result<Loaded, Error> {
     let mut first: Option<(PathBuf, Settings)> = None;
     let (mut all, mut tally, mut names) = (Vec::new(), Tally::default(), Vec::new());
     for (index, log) in logs.iter().enumerate() {
-        let path = find_log(*log, Path::new(DEFAULT_BASE))?;
+        let path = log::find(*log)?;
         let Log { head, records, .. } = Log::load(&path)?;
         for damage in &head.damage {
-            eprintln!("{}: {damage}", path.display());
+            stdio::note(format_args!("{}: {damage}", path.display()));
         }
         if records.is_empty() {
             return Err(Diagnosis::Empty.into());

@@ -1,16 +1,13 @@
 //! `armbridge info`: what a log holds.
 
-use std::io::Write;
-use std::path::Path;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use armbridge_analysis::run_folder::DEFAULT_BASE;
+use armbridge_client::stdio;
 use armbridge_log::inspect::Info;
-use armbridge_log::log_path::find;
 use clap::Args;
 
-use super::Outcome;
+use super::{Outcome, log};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -30,13 +27,12 @@ pub(crate) struct InfoArgs {
 }
 
 pub(crate) fn run(args: &InfoArgs) -> Outcome {
-    let info = Info::read(&find(args.log.as_deref(), Path::new(DEFAULT_BASE))?)?;
+    let info = Info::read(&log::find(args.log.as_deref())?)?;
     let text = if args.json {
         serde_json::to_string(&info)?
     } else {
         info.table()
     };
-    writeln!(std::io::stdout(), "{}", text.trim_end())
-        .map_err(|error| format!("cannot print: {error}"))?;
+    stdio::print_line(text.trim_end())?;
     Ok(ExitCode::SUCCESS)
 }

@@ -36,6 +36,7 @@ mod ask;
 mod bus;
 mod finish;
 mod link;
+mod log;
 mod params_exchange;
 mod session;
 mod task;

@@ -1,6 +1,5 @@
 //! `armbridge params`: the board's parameters, shown or changed.
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -9,6 +8,7 @@ use armbridge::config::Config;
 use armbridge_client::params;
 use armbridge_client::params::settings_exchange::Exchange;
 use armbridge_client::params::{Parameter, to_text};
+use armbridge_client::stdio;
 use armbridge_client::toml_file::Document;
 use armbridge_client::transport::Intent;
 use armbridge_log::text_table;
@@ -30,9 +30,16 @@ Examples:
   armbridge params controller.kind=computed-torque controller.natural_rad_s=25,25
   armbridge params --from gains.toml --save
 
-A group such as limits stands for all of its parameters. The board accepts all changes of
+A group such as limits stands for all of its parameters, and those named are explained. The board accepts all changes of
 a group or none: the limits, only while it is idle, and the set-up, without a step in the
 torque. Exit code 1 if it refuses.";
+
+/// Columns of a terminal.
+const WIDTH: usize = 80;
+/// Begin of a line that explains.
+const INDENT: &str = "    ";
+/// Last line of the table of all.
+const EXPLAINED: &str = "\nA group or a key as an argument is explained: armbridge params limits\n";
 
 /// Parameters to show or change.
 #[expect(clippy::struct_excessive_bools, reason = "each is a switch of its own")]
@@ -131,17 +138,34 @@ fn show(args: &ParamsArgs) -> Outcome {
         .into_iter()
         .filter(|parameter| all || parameter.value(&settings).is_some())
         .collect();
-    let mut out = std::io::stdout();
     if args.json {
         let rows: Vec<Value> = shown.iter().map(|p| as_json(p, &settings)).collect();
-        writeln!(out, "{}", Value::from(rows))?;
+        stdio::print_line(Value::from(rows))?;
     } else {
-        let heads = ["key", "value", "unit", "what"].map(str::to_owned).to_vec();
-        let rows = shown.iter().map(|parameter| row(parameter, &settings));
-        let rows: Vec<Vec<String>> = std::iter::once(heads).chain(rows).collect();
-        write!(out, "{}", text_table::columns(&rows))?;
+        stdio::print(as_text(&shown, &settings, !args.keys.is_empty()))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// A table of parameters; explained if they are few.
+fn as_text(shown: &[&Parameter], settings: &Settings, is_explained: bool) -> String {
+    let heads = ["key", "value", "unit"].map(str::to_owned).to_vec();
+    let rows = shown.iter().map(|parameter| row(parameter, settings));
+    let rows: Vec<Vec<String>> = std::iter::once(heads).chain(rows).collect();
+    let table = text_table::columns(&rows);
+    if !is_explained {
+        return table + EXPLAINED;
+    }
+    let mut lines = table.lines();
+    let mut text = lines.next().unwrap_or_default().to_owned() + "\n";
+    for (parameter, line) in shown.iter().zip(lines) {
+        text = text + line + "\n";
+        let about = about(parameter, settings);
+        for line in text_table::wrap(about.split(' '), " ", WIDTH - INDENT.len(), "") {
+            text = text + INDENT + &line + "\n";
+        }
+    }
+    text
 }
 
 /// Parameters by their names, or those of groups.
@@ -162,9 +186,9 @@ fn requested(keys: &[String]) -> Result<Vec<&'static Parameter>, params::Paramet
     Ok(found?.concat())
 }
 
-fn row(parameter: &Parameter, settings: &Settings) -> Vec<String> {
-    let value = parameter.value(settings);
-    let about = match (&value, parameter.goes_with()) {
+/// Meaning of a parameter; of one that is not in use, what it belongs to as well.
+fn about(parameter: &Parameter, settings: &Settings) -> String {
+    match (parameter.value(settings), parameter.goes_with()) {
         (None, Some((kind, with))) => {
             format!(
                 "{} Only with {} {}.",
@@ -174,14 +198,13 @@ fn row(parameter: &Parameter, settings: &Settings) -> Vec<String> {
             )
         }
         (Some(_), _) | (None, None) => parameter.about.to_owned(),
-    };
+    }
+}
+
+fn row(parameter: &Parameter, settings: &Settings) -> Vec<String> {
+    let value = parameter.value(settings);
     let value = value.as_ref().map_or_else(|| "-".to_owned(), to_text);
-    vec![
-        parameter.key.to_owned(),
-        value,
-        parameter.unit.to_owned(),
-        about,
-    ]
+    vec![parameter.key.to_owned(), value, parameter.unit.to_owned()]
 }
 
 fn as_json(parameter: &Parameter, settings: &Settings) -> Value {

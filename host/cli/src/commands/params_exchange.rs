@@ -1,6 +1,5 @@
 //! Settings of a board, changed as a group, for `params`, `design` and `identify`.
 
-use std::io::Write;
 use std::process::ExitCode;
 
 use armbridge::config::Config;
@@ -8,9 +7,11 @@ use armbridge_client::params;
 use armbridge_client::params::settings_exchange::{Exchange, Exchanged, commands};
 use armbridge_client::params::to_text;
 use armbridge_client::refusal_text;
+use armbridge_client::stdio;
 use armbridge_client::transport::Intent;
 use armbridge_log::text_table;
 use armbridge_shared::link::message::{Command, Settings};
+use armbridge_sim::link::BoardUri;
 use serde_json::json;
 
 use super::{Error, Outcome, link};
@@ -45,7 +46,7 @@ pub(super) fn apply(
     Ok(match sent.refusal() {
         None => ExitCode::SUCCESS,
         Some(line) => {
-            eprintln!("armbridge: {line}");
+            stdio::note(format_args!("armbridge: {line}"));
             ExitCode::from(1)
         }
     })
@@ -130,10 +131,10 @@ fn show(options: &ExchangeOptions<'_>, sent: &Sent) -> Result<(), Error> {
         after,
         exchanged,
     } = sent;
+    let link = Config::discover()?.link(options.link.link.as_ref())?;
     let changes = params::changed(before, after);
     let has = |is: fn(&Command) -> bool| exchanged.taken.iter().any(is);
     let is_saved = has(|command| *command == Command::Save);
-    let mut out = std::io::stdout();
     if options.json {
         let rows = changes.iter().map(|(parameter, value)| {
             json!({
@@ -146,16 +147,16 @@ fn show(options: &ExchangeOptions<'_>, sent: &Sent) -> Result<(), Error> {
         let report = json!({
             "changes": rows.collect::<Vec<_>>(),
             "done": exchanged.refused.is_none() && !options.dry_run,
-            "saved": is_saved,
+            "saved": is_saved && !link.is_simulated(),
             "refused": exchanged.refused.map(|(command, reason)| json!({
                 "command": name(command),
                 "reason": refusal_text::in_words(reason),
             })),
         });
-        writeln!(out, "{report}")?;
+        stdio::print_line(report)?;
         return Ok(());
     }
-    write!(out, "{}", differences(before, after))?;
+    stdio::print(differences(before, after))?;
     let message = match (
         changes.is_empty(),
         options.dry_run,
@@ -163,16 +164,24 @@ fn show(options: &ExchangeOptions<'_>, sent: &Sent) -> Result<(), Error> {
     ) {
         (_, _, true) => return Ok(()),
         (true, ..) => "nothing to change: the board has these values",
-        (false, true, _) => "nothing was changed: this was a dry run",
+        (false, true, _) => {
+            stdio::print_line("nothing was changed: this was a dry run")?;
+            return Ok(());
+        }
         (false, false, _) => "the board has taken it",
     };
-    let saved = if is_saved {
-        ", and keeps its settings across power-off"
-    } else {
-        ""
-    };
-    writeln!(out, "{message}{saved}")?;
+    let kept = kept(&link, is_saved);
+    stdio::print_line(format_args!("{message}{kept}"))?;
     Ok(())
+}
+
+/// What becomes of the settings that a board has taken.
+pub(super) fn kept(link: &BoardUri, is_saved: bool) -> &'static str {
+    match (link.is_simulated(), is_saved) {
+        (true, _) => "; it is simulated and ends here, so nothing is kept",
+        (false, true) => ", and keeps its settings across power-off",
+        (false, false) => "",
+    }
 }
 
 fn name(command: Command) -> &'static str {

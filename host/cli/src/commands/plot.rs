@@ -7,6 +7,8 @@ use std::process::ExitCode;
 use armbridge_analysis::plot;
 use armbridge_analysis::plot::{Figure, Formats};
 use armbridge_analysis::run_folder::DEFAULT_BASE;
+use armbridge_client::stdio;
+use armbridge_client::stdio::Stdout;
 use armbridge_log::inspect::Log;
 use armbridge_log::log_path::find;
 use armbridge_log::recording::ReadError;
@@ -114,7 +116,7 @@ pub(crate) fn run(args: &PlotArgs) -> Outcome {
             )?
         }
     };
-    let mut out = std::io::stdout();
+    let mut out = Stdout;
     for file in files {
         writeln!(out, "{}", file.display()).map_err(|error| format!("cannot print: {error}"))?;
     }
@@ -124,7 +126,7 @@ pub(crate) fn run(args: &PlotArgs) -> Outcome {
 fn load(path: Option<&Path>) -> Result<Log, ReadError> {
     let log = Log::load(&find(path, Path::new(DEFAULT_BASE))?)?;
     for damage in &log.head.damage {
-        eprintln!("{}: {damage}", log.head.path.display());
+        stdio::note(format_args!("{}: {damage}", log.head.path.display()));
     }
     Ok(log)
 }

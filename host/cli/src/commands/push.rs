@@ -8,6 +8,7 @@ use clap::Args;
 use super::Outcome;
 use super::touch::touch;
 use crate::args::LinkArgs;
+use armbridge_client::stdio;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -59,9 +60,9 @@ pub(crate) fn run(args: &PushArgs) -> Outcome {
         duration_us: (args.duration * 1e6).round() as u32,
     };
     touch(&args.link, push)?;
-    println!(
+    stdio::print_line(format_args!(
         "the simulated arm is pushed: joint {}, {} N m for {} s",
         args.joint, args.torque, args.duration
-    );
+    ))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,21 +1,19 @@
 //! `armbridge replay`: a log's inputs, run through the board's code again.
 
-use std::io::Write;
 use std::path::Path;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use armbridge_analysis::run_folder::DEFAULT_BASE;
 use armbridge_client::params;
-use armbridge_log::log_path::find;
+use armbridge_client::stdio;
 use armbridge_log::recording::Reader;
 use armbridge_log::replay::{Changes, Replayer, Report, Verdict};
 use clap::Args;
 use serde::Serialize;
 use toml::Value;
 
-use super::Outcome;
+use super::{Outcome, log};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -60,7 +58,7 @@ struct Printed<'a> {
 }
 
 pub(crate) fn run(args: &ReplayArgs) -> Outcome {
-    let path = find(args.log.as_deref(), Path::new(DEFAULT_BASE))?;
+    let path = log::find(args.log.as_deref())?;
     let changes = Changes::new(table(args.with.as_deref())?, args.set.clone());
     let mut reader = Reader::open(&path)?;
     let begun = Instant::now();
@@ -92,8 +90,7 @@ pub(crate) fn run(args: &ReplayArgs) -> Outcome {
             report.text()
         )
     };
-    let mut out = std::io::stdout();
-    write!(out, "{text}").map_err(|error| format!("cannot print the report: {error}"))?;
+    stdio::print(text)?;
     match report.verdict {
         _ if report.what_if.is_some() && report.compared > 0 => Ok(ExitCode::SUCCESS),
         Verdict::Equal => Ok(ExitCode::SUCCESS),

@@ -9,6 +9,7 @@ use armbridge_analysis::run_folder::RunFolder;
 use armbridge_analysis::scenario::{
     BUILTINS, Builtin, ExpectationMonitor, KEYS, Overrides, Scenario, ScenarioText,
 };
+use armbridge_client::stdio;
 use armbridge_client::toml_file::keys;
 use armbridge_client::transport::LinkUri;
 use armbridge_log::run_info::RunFacts;
@@ -23,7 +24,7 @@ use toml::Value;
 use super::finish::{Description, finish};
 use super::{Error, Outcome, transparent_port};
 use crate::args::suggestions::{parameters, plants, scenarios};
-use crate::args::values::{angles, duration};
+use crate::args::values::{angles, duration, seed};
 use crate::args::{ExposeArgs, LinkArgs, OutputArgs, PaceName, VirtualServoArgs};
 
 pub(crate) const EXAMPLES: &str = "\
@@ -93,7 +94,7 @@ pub(crate) struct RunArgs {
 #[command(next_help_heading = "Simulated board (sim: and emulate:)")]
 pub(crate) struct SimulatedArgs {
     /// Seed of the encoder noise, instead of the scenario's own.
-    #[arg(long)]
+    #[arg(long, value_parser = seed)]
     pub(crate) seed: Option<u64>,
     /// Joint angles in rad at which the arm is held until torque comes on, instead of the
     /// scenario's own.
@@ -171,7 +172,7 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
         return show(name);
     }
     if args.explain {
-        print!("{}", keys::explain(&KEYS));
+        stdio::print(keys::explain(&KEYS))?;
         return Ok(ExitCode::SUCCESS);
     }
     let config = Config::discover()?;
@@ -179,12 +180,14 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
     let overrides = args.overrides(&config)?;
     let mut scenario = text.scenario(&overrides)?;
     if args.check {
-        println!("{name} is in order: {}", scenario.title);
-        scenario.notes.iter().for_each(|note| println!("{note}"));
+        stdio::print_line(format_args!("{name} is in order: {}", scenario.title))?;
+        for note in &scenario.notes {
+            stdio::print_line(note)?;
+        }
         return Ok(ExitCode::SUCCESS);
     }
     if !args.output.quiet {
-        scenario.notes.iter().for_each(|note| eprintln!("{note}"));
+        scenario.notes.iter().for_each(stdio::note);
     }
     scenario.plan.is_clearing = args.clear;
     scenario.plan.is_releasing = args.release;
@@ -263,11 +266,11 @@ impl Staging<'_> {
     /// Options of the link. Pushes are left out where the arm is real.
     pub(super) fn options(&self, scenario: &mut Scenario) -> Options {
         if !self.link.is_simulated() && !scenario.plan.pushes.is_empty() {
-            eprintln!(
+            stdio::note(format_args!(
                 "note: at {} the scenario's {} pushes are left out; only a simulated arm is pushed",
                 self.link,
                 scenario.plan.pushes.len()
-            );
+            ));
             scenario.plan.pushes.clear();
             scenario.expect.recovers_within_s = None;
         }
@@ -276,7 +279,7 @@ impl Staging<'_> {
         options.link.patience = self.config.patience();
         options.link.is_quiet = self.is_quiet;
         if !self.is_silent {
-            options.board_log = |line| eprintln!("board: {line}");
+            options.board_log = |line| stdio::note(format_args!("board: {line}"));
         }
         options
     }
@@ -362,7 +365,7 @@ fn list(as_json: bool) -> Outcome {
     });
     let listed: Vec<Listed> = listed.collect::<Result<_, Error>>()?;
     if as_json {
-        println!("{}", serde_json::to_string(&listed)?);
+        stdio::print_line(serde_json::to_string(&listed)?)?;
         return Ok(ExitCode::SUCCESS);
     }
     let rows: Vec<Vec<String>> = listed
@@ -372,14 +375,14 @@ fn list(as_json: bool) -> Outcome {
             vec![row.name.into(), duration, row.title]
         })
         .collect();
-    print!("{}", text_table::columns(&rows));
+    stdio::print(text_table::columns(&rows))?;
     Ok(ExitCode::SUCCESS)
 }
 
 fn show(name: &str) -> Outcome {
     let builtin = Builtin::find(name)
         .ok_or_else(|| format!("no scenario `{name}` ships: `armbridge run --list` shows them"))?;
-    print!("{}", builtin.text);
+    stdio::print(builtin.text)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -8,6 +8,7 @@ use armbridge_analysis::progress::Progress;
 use armbridge_client::servo_bus::scan::{Area, Found, Report, ScanError, Step, scan};
 use armbridge_client::servo_bus::{Diagnosis, Port};
 use armbridge_client::servo_table::alarms;
+use armbridge_client::stdio::Stdout;
 use armbridge_log::text_table;
 use armbridge_shared::servo::Firmware;
 use clap::Args;
@@ -80,7 +81,7 @@ pub(crate) fn run(args: &ScanArgs) -> Outcome {
     .map_err(|error| format!("the port failed during the scan: {error}"))?;
     progress.finish();
 
-    let mut out = std::io::stdout();
+    let mut out = Stdout;
     if args.json {
         writeln!(out, "{}", as_json(args.line.port.as_ref(), &report))?;
     } else {

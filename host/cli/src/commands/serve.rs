@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use armbridge::config::Config;
 use armbridge_client::host::NoHost;
+use armbridge_client::stdio;
 use armbridge_client::transport::LinkUri;
 use armbridge_sim::Bench;
 use armbridge_sim::link::{Options, Pace, drive};
@@ -88,18 +89,18 @@ fn board(args: &BoardArgs) -> Outcome {
     let mut options = Options::new(Bench::with_servos(plant, &args.servos.kinds()?));
     options.pace = Pace::WallClock;
     if !args.quiet {
-        options.board_log = |line| eprintln!("board: {line}");
+        options.board_log = |line| stdio::note(format_args!("board: {line}"));
     }
     options.client = transparent_port::open(args.transparent.as_ref(), args.expose.into())?;
     match &args.listen {
         Some(at) => {
             let (mut host, at) = LinkServer::offer(at, args.expose.into())?;
-            eprintln!("control link on {at}; end with ctrl-c");
+            stdio::note(format_args!("control link on {at}; end with ctrl-c"));
             if link.has_bench() {
                 options.interactions = host.interactions();
             }
             if options.interactions.is_some() && !args.quiet {
-                eprint!("{}", touching(&at));
+                stdio::note_text(touching(&at));
             }
             drive(&link, options, host).1?;
         }

@@ -7,6 +7,8 @@ use armbridge_client::servo_bus::change::ChangeError;
 use armbridge_client::servo_bus::reading::{Reading, ServoError, Taken, Value};
 use armbridge_client::servo_bus::{Line, Servo, moves};
 use armbridge_client::servo_table::{Access, Register, Storage, Table, alarms};
+use armbridge_client::stdio;
+use armbridge_client::stdio::Stdout;
 use armbridge_shared::servo::Firmware;
 use clap::{Args, Subcommand};
 use serde_json::json;
@@ -95,11 +97,11 @@ pub(crate) fn run(args: &ServoArgs) -> Outcome {
         .and_then(|mut servo| act(&mut servo, args));
     match done {
         Ok(text) => {
-            write!(std::io::stdout(), "{text}")?;
+            write!(Stdout, "{text}")?;
             Ok(ExitCode::SUCCESS)
         }
         Err(error) if is_servo_error(&error) => {
-            eprintln!("armbridge: {error}");
+            stdio::note(format_args!("armbridge: {error}"));
             Ok(ExitCode::from(1))
         }
         Err(error) => Err(error),
@@ -117,10 +119,10 @@ fn is_servo_error(error: &Error) -> bool {
 fn act<L: Line>(servo: &mut Servo<L>, args: &ServoArgs) -> Result<String, Error> {
     let id = args.id;
     if !servo.alarms().is_empty() {
-        eprintln!(
+        stdio::note(format_args!(
             "servo {id} reports alarms: {}",
             alarms::text(servo.alarms())
-        );
+        ));
     }
     match &args.action {
         ServoAction::Read { register, json } => read(servo, register.as_deref(), *json),

@@ -8,6 +8,7 @@ use armbridge::config::Config;
 use armbridge::link_thread::LinkThread;
 use armbridge_client::ctrl_c;
 use armbridge_client::event_queue::EventQueue;
+use armbridge_client::stdio;
 use armbridge_client::transport::{Intent, LinkOptions};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
@@ -16,6 +17,7 @@ use armbridge_sim::Bench;
 use armbridge_sim::link::{BoardUri, Options, Pace};
 use armbridge_sim::plant::Plant;
 
+use super::task::log_file;
 use super::{Error, virtual_arm};
 use crate::args::SessionArgs;
 
@@ -99,10 +101,12 @@ impl OpenedLink {
         if let Some(recorder) = self.recorder {
             let report = recorder.finish()?;
             if let Some(trouble) = &report.trouble {
-                eprintln!("armbridge: {trouble}");
+                stdio::note(format_args!("armbridge: {trouble}"));
             }
             let (records, lost, unwritten) = (report.records, report.lost, report.unwritten);
-            eprintln!("{records} records written, {lost} lost, {unwritten} bytes unwritten");
+            stdio::note(format_args!(
+                "{records} records written, {lost} lost, {unwritten} bytes unwritten"
+            ));
         }
         Ok(ended?)
     }
@@ -111,5 +115,5 @@ impl OpenedLink {
 fn recorder(path: &Path, name: &str, world: &str) -> Result<Recorder, Error> {
     // Until the board reports its own, which go into the log too.
     let facts = RunFacts::from_settings(name, world, &Settings::default());
-    Ok(Recorder::create(path, &facts)?)
+    Ok(Recorder::create(&log_file(path, name)?, &facts)?)
 }

@@ -9,6 +9,7 @@ use armbridge_client::enum_names;
 use armbridge_client::error::end_in_words;
 use armbridge_client::fault_text;
 use armbridge_client::status::FoundServos;
+use armbridge_client::stdio::Stdout;
 use armbridge_log::text_table;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{BoardReport, End, SettingsFrom, SettingsGroups};
@@ -32,7 +33,7 @@ command reports that and does nothing.";
 
 pub(crate) fn run(args: &TaskArgs) -> Outcome {
     let (uri, host) = task::go(args, "status", Pace::Free, Status::default())?;
-    let mut out = std::io::stdout();
+    let mut out = Stdout;
     if args.json {
         writeln!(out, "{}", as_json(&uri, &host))?;
     } else {

@@ -6,6 +6,7 @@ use armbridge::board_tasks::TaskError;
 use armbridge::board_tasks::motors_off::{Goal, MotorsOff};
 use armbridge::config::Config;
 use armbridge_client::fault_text;
+use armbridge_client::stdio;
 use armbridge_client::transport::stop_socket::{self, StopAnswer};
 use armbridge_sim::link::{BoardUri, Pace};
 use serde_json::json;
@@ -59,9 +60,9 @@ fn by_the_owner(args: &TaskArgs, uri: &BoardUri, answer: StopAnswer) -> Outcome 
                 let link = uri.to_string();
                 let report =
                     json!({"link": link, "mode": "fault", "fault": fault, "in_words": message});
-                println!("{report}");
+                stdio::print_line(report)?;
             } else {
-                println!("{message}");
+                stdio::print_line(message)?;
             }
             Ok(ExitCode::SUCCESS)
         }

@@ -1,6 +1,5 @@
 //! Runs a task on a link, for commands that do one thing.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -10,6 +9,7 @@ use armbridge_analysis::run_folder::RunFolder;
 use armbridge_client::LinkError;
 use armbridge_client::ctrl_c;
 use armbridge_client::enum_names;
+use armbridge_client::stdio;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::link::message::Settings;
@@ -56,13 +56,13 @@ fn record(
         return Ok(None);
     };
     let facts = RunFacts::from_settings(name, &uri.world(), &Settings::default());
-    let recorder = Recorder::create(&file(path, name)?, &facts)?;
+    let recorder = Recorder::create(&log_file(path, name)?, &facts)?;
     options.link.taps.push(recorder.tap());
     Ok(Some(recorder))
 }
 
 /// The log's path: this file, or one in a new folder under this one.
-fn file(path: &Path, name: &str) -> Result<PathBuf, Error> {
+pub(super) fn log_file(path: &Path, name: &str) -> Result<PathBuf, Error> {
     if path
         .extension()
         .is_some_and(|extension| extension == "mcap")
@@ -70,7 +70,7 @@ fn file(path: &Path, name: &str) -> Result<PathBuf, Error> {
         return Ok(path.into());
     }
     let folder = RunFolder::create(Some(path), name)?;
-    eprintln!("recording in {}", folder.path().display());
+    stdio::note(format_args!("recording in {}", folder.path().display()));
     Ok(folder.file("run.mcap"))
 }
 
@@ -81,7 +81,6 @@ pub(crate) fn print<T: Task>(
     host: &TaskHost<T>,
     message: &str,
 ) -> Outcome {
-    let mut out = std::io::stdout();
     if args.json {
         let mode = host.session.status().mode();
         let report = json!({
@@ -90,9 +89,9 @@ pub(crate) fn print<T: Task>(
             "fault": mode.and_then(enum_names::fault_of).map(enum_names::fault),
             "in_words": message,
         });
-        writeln!(out, "{report}")?;
+        stdio::print_line(report)?;
     } else {
-        writeln!(out, "{message}")?;
+        stdio::print_line(message)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -1,6 +1,7 @@
 //! The transparent port of a simulated board, served to another program.
 
 use armbridge_client::endpoint::Exposure;
+use armbridge_client::stdio;
 use armbridge_client::transport::LinkUri;
 use armbridge_sim::cosim::PortClient;
 use armbridge_sim::usb2dynamixel_server::PortServer;
@@ -16,7 +17,7 @@ pub(super) fn open(
         None => Ok(None),
         Some(LinkUri::Tcp(endpoint)) => {
             let (listener, at) = endpoint.listen(exposure)?;
-            eprintln!("transparent port on {at}, raw bus bytes");
+            stdio::note(format_args!("transparent port on {at}, raw bus bytes"));
             Ok(Some(Box::new(PortServer::on_socket(listener)?)))
         }
         Some(LinkUri::Pty(None)) => on_terminal().map(Some),
@@ -32,8 +33,8 @@ pub(super) fn open(
 #[cfg(unix)]
 fn on_terminal() -> Result<Box<dyn PortClient>, Error> {
     let pty = armbridge_client::pty::Pty::open()?;
-    eprintln!("transparent port, raw bus bytes:");
-    println!("{}", pty.name());
+    stdio::note("transparent port, raw bus bytes:");
+    stdio::print_line(pty.name())?;
     Ok(Box::new(PortServer::on_terminal(pty)?))
 }
 

@@ -13,6 +13,7 @@ mod links;
 #[cfg(target_os = "linux")]
 mod listeners;
 mod live;
+mod output;
 mod pages;
 mod run;
 mod scenarios;

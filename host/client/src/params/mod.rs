@@ -205,7 +205,7 @@ pub fn nearest<'a>(name: &str, names: impl IntoIterator<Item = &'a str>) -> Opti
     let name = name.to_lowercase();
     let scored = names
         .into_iter()
-        .map(|known| (strsim::jaro_winkler(&name, known), known));
+        .map(|known| (strsim::jaro_winkler(&name, &known.to_lowercase()), known));
     scored
         .filter(|(score, _)| *score >= ALIKE)
         .max_by(|(a, _), (b, _)| a.total_cmp(b))

@@ -10,6 +10,7 @@ use crate::ctrl_c;
 use crate::pty::{Pty, Ready};
 use crate::servo_bus::Line;
 use crate::servo_bus::line::read_chunk;
+use crate::stdio;
 
 /// Interval between two checks whether it is open.
 const LOOK: Duration = Duration::from_millis(20);
@@ -27,7 +28,10 @@ impl Terminal {
     pub(super) fn new() -> Result<Self, TransportError> {
         let pty = Pty::open().map_err(TransportError::NoTerminal)?;
         let pty = Rc::new(pty.for_one());
-        eprintln!("{} waits for a program to open it", pty.name());
+        stdio::note(format_args!(
+            "{} waits for a program to open it",
+            pty.name()
+        ));
         Ok(Self {
             link: LinkUri::Pty(Some(pty.name().into())),
             pty,

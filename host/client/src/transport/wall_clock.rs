@@ -25,6 +25,7 @@ use super::stop_socket::StopListener;
 use super::{LinkError, LinkOptions, LinkUri, TransportError};
 use crate::Host;
 use crate::servo_bus::Line;
+use crate::stdio;
 
 /// Longest wait for bytes: with the coarse timeouts of a socket (4 ms) and a busy
 /// machine, the host still sends every 20 ms.
@@ -143,11 +144,11 @@ impl LinkDriver<'_> {
         }
         let patience = self.options.patience;
         if !self.options.is_quiet {
-            eprintln!(
+            stdio::note(format_args!(
                 "armbridge: {} broke: {error}; it is tried again for {} s",
                 self.uri,
                 patience.as_secs_f64()
-            );
+            ));
         }
         self.outage = Some(Outage {
             cause: error.to_string(),
@@ -175,10 +176,10 @@ impl LinkDriver<'_> {
         }
         match StopListener::open(name) {
             Ok(stops) => self.stops = stops,
-            Err(error) if !self.options.is_quiet => eprintln!(
+            Err(error) if !self.options.is_quiet => stdio::note(format_args!(
                 "armbridge: `armbridge stop` from another terminal cannot reach {name} while this \
                  program has it: {error}"
-            ),
+            )),
             Err(_) => {}
         }
     }
@@ -248,7 +249,7 @@ impl LinkDriver<'_> {
                 if role.take(latest).map_err(Ended::Unusable)? {
                     host.link_role(latest);
                     if !latest.is_commander && !options.is_quiet {
-                        eprintln!("armbridge: {}", in_words(latest, uri));
+                        stdio::note(format_args!("armbridge: {}", in_words(latest, uri)));
                     }
                 }
             }
@@ -256,7 +257,7 @@ impl LinkDriver<'_> {
                 continue;
             }
             if outage.take().is_some() && !options.is_quiet {
-                eprintln!("armbridge: {uri} is back; nothing is armed");
+                stdio::note(format_args!("armbridge: {uri} is back; nothing is armed"));
             }
             if let Some(stops) = stops {
                 stops.receive(&bytes);

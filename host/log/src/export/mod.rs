@@ -17,10 +17,11 @@ pub mod mat;
 #[cfg(feature = "parquet")]
 pub mod parquet;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::LogError;
 use crate::inspect::settings::Setting;
+use crate::output_file::OutputFile;
 use crate::recording::{ReadError, Row};
 use crate::run_info::RunFacts;
 
@@ -89,10 +90,7 @@ pub enum ExportError {
     #[error(transparent)]
     Read(#[from] ReadError),
     /// Error of the file system.
-    #[error(
-        "cannot write {path}: {source}; choose another place with --out",
-        path = path.display()
-    )]
+    #[error("cannot write {path}: {source}", path = path.display())]
     Write {
         /// File being written.
         path: PathBuf,
@@ -131,23 +129,31 @@ pub enum ExportError {
     },
 }
 
+impl ExportError {
+    /// Gives a complete file its name.
+    fn finish(file: OutputFile) -> Result<PathBuf, Self> {
+        let path = file.path().to_path_buf();
+        file.finish().map_err(|source| Self::Write { path, source })
+    }
+}
+
 /// Writes a log to a file; each call of `rows` iterates over its ticks.
-/// Returns their number.
+/// Returns the file's path, which may have a number, and the number of ticks.
 ///
 /// # Errors
 /// If the log cannot be read or the file cannot be written.
 pub fn write<I: Iterator<Item = Row>>(
     format: Format,
-    path: &Path,
+    file: OutputFile,
     about: &About<'_>,
     rows: impl Fn() -> Result<I, ExportError>,
-) -> Result<u64, ExportError> {
+) -> Result<(PathBuf, u64), ExportError> {
     match format {
-        Format::Csv => csv::write(path, about.has_true_states, rows()?),
+        Format::Csv => csv::write(file, about.has_true_states, rows()?),
         #[cfg(feature = "parquet")]
-        Format::Parquet => parquet::write(path, about, rows()?),
+        Format::Parquet => parquet::write(file, about, rows()?),
         #[cfg(not(feature = "parquet"))]
         Format::Parquet => Err(ExportError::NoParquet),
-        Format::Mat => mat::write(path, about, rows),
+        Format::Mat => mat::write(file, about, rows),
     }
 }

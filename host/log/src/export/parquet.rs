@@ -7,8 +7,7 @@
 //!
 //! Rows are written in groups, so that memory does not grow with the run.
 
-use std::fs::File;
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical};
@@ -21,33 +20,31 @@ use parquet::schema::types::{ColumnPath, Type};
 
 use super::column::{Cells, Column, Values};
 use super::{About, ExportError};
+use crate::output_file::OutputFile;
 use crate::recording::Row;
 
 /// Rows of a group: two minutes at 1 kHz.
 const ROWS: usize = 1 << 17;
 
-/// Writes the file; returns its number of ticks.
+/// Writes the file; returns its path, and its number of ticks.
 ///
 /// # Errors
 /// If it cannot be written.
 pub fn write(
-    path: &Path,
+    mut file: OutputFile,
     about: &About<'_>,
     mut rows: impl Iterator<Item = Row>,
-) -> Result<u64, ExportError> {
+) -> Result<(PathBuf, u64), ExportError> {
+    let path = file.path().to_path_buf();
     let failed = |source| ExportError::Parquet {
-        path: path.to_path_buf(),
+        path: path.clone(),
         source,
     };
-    let file = File::create(path).map_err(|source| ExportError::Write {
-        path: path.to_path_buf(),
-        source,
-    })?;
     let columns = Column::all(about.has_true_states);
     let mut writer = schema(&columns)
         .and_then(|schema| {
             SerializedFileWriter::new(
-                file,
+                &mut file,
                 Arc::new(schema),
                 Arc::new(properties(about, &columns)),
             )
@@ -63,7 +60,7 @@ pub fn write(
         write_group(&mut writer, &columns, &group).map_err(failed)?;
     }
     writer.close().map_err(failed)?;
-    Ok(ticks)
+    Ok((ExportError::finish(file)?, ticks))
 }
 
 /// The columns in order.
@@ -142,7 +139,7 @@ fn properties(about: &About<'_>, columns: &[Column]) -> WriterProperties {
 }
 
 fn write_group(
-    writer: &mut SerializedFileWriter<File>,
+    writer: &mut SerializedFileWriter<&mut OutputFile>,
     columns: &[Column],
     rows: &[Row],
 ) -> Result<(), ParquetError> {

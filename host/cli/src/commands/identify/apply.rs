@@ -1,16 +1,17 @@
 //! The identified arm, sent to the board with gains designed for it.
 
-use std::io::Write;
 use std::process::ExitCode;
 
+use armbridge::config::Config;
 use armbridge_analysis::design::{Design, Redesign, retune};
 use armbridge_client::params;
 use armbridge_client::params::settings_exchange;
 use armbridge_client::refusal_text;
+use armbridge_client::stdio;
 use armbridge_log::text_table;
 use armbridge_shared::link::message::Settings;
 
-use super::super::params_exchange::{Sent, differences};
+use super::super::params_exchange::{Sent, differences, kept};
 use super::super::{Error, ask};
 use super::Fit;
 use crate::args::LinkArgs;
@@ -48,7 +49,7 @@ impl Apply<'_> {
         let uncertain = fit.report.too_uncertain();
         if !uncertain.is_empty() {
             for parameter in uncertain {
-                eprintln!("armbridge: {parameter}");
+                stdio::note(format_args!("armbridge: {parameter}"));
             }
             return Ok(not_applied(
                 "the identified parameters are too uncertain to control an arm by",
@@ -71,7 +72,7 @@ impl Apply<'_> {
             self.print_text(&differences(&before, &after))?;
             self.print_text(&gains(old.as_ref(), &new, redesign))?;
             for note in fit.report.zero_notes() {
-                eprintln!("note: {note}");
+                stdio::note(format_args!("note: {note}"));
             }
             let question = "The board takes over all of this, and keeps it across power-off.";
             if !self.is_confirmed && !ask::is_agreed(question) {
@@ -98,16 +99,17 @@ impl Apply<'_> {
         } else {
             "the board has taken it"
         };
-        self.print_text(&format!("{done}, and keeps its settings across power-off"))?;
+        let link = Config::discover()?.link(self.link.link.as_ref())?;
+        self.print_text(&format!("{done}{}", kept(&link, true)))?;
         Ok(Applied::Saved)
     }
 
     fn print_text(&self, text: &str) -> Result<(), Error> {
         let text = text.trim_end();
         if self.is_silent {
-            eprintln!("{text}");
+            stdio::note(text);
         } else {
-            writeln!(std::io::stdout(), "{text}")?;
+            stdio::print_line(text)?;
         }
         Ok(())
     }
@@ -127,7 +129,7 @@ fn stable_design(after: &Settings) -> Result<Design, String> {
 
 /// Prints why nothing is changed.
 pub(super) fn not_applied(why: &str) -> Applied {
-    eprintln!("armbridge: not applied: {why}");
+    stdio::note(format_args!("armbridge: not applied: {why}"));
     Applied::Unchanged
 }
 

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use armbridge_analysis::identify::{
     Diagnosis, Forecast, Page, forecast, holdout_forecasts, write_diagnosis,
 };
+use armbridge_client::stdio;
 use armbridge_log::text_table;
 
 use super::super::{Error, Outcome};
@@ -57,14 +58,14 @@ pub(super) fn describe(fit: &Fit, options: &OutputOptions<'_>) -> Result<Descrip
 /// The diagnosis of logs that do not identify the arm.
 pub(super) fn print_diagnosis(error: &Error, args: &FitArgs) -> Outcome {
     if args.json {
-        println!("{}", serde_json::json!({ "diagnosis": error.to_string() }));
+        stdio::print_line(serde_json::json!({ "diagnosis": error.to_string() }))?;
     }
     if let (Some(folder), Some(diagnosis)) = (&args.report, error.downcast_ref::<Diagnosis>()) {
         create(folder)?;
         let logs = args.logs.iter().map(|log| log.display().to_string());
         write_diagnosis(folder, diagnosis, &logs.collect::<Vec<_>>())?;
     }
-    eprintln!("not identified: {error}");
+    stdio::note(format_args!("not identified: {error}"));
     Ok(ExitCode::from(1))
 }
 

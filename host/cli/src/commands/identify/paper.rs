@@ -1,18 +1,19 @@
 //! `armbridge identify paper`: the paper's own procedure.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
+use armbridge::config::Config;
 use armbridge_analysis::paper::identification::{self, PaperComparison, SampledExperiment};
-use armbridge_analysis::run_folder::{DEFAULT_BASE, RunFolder};
-use armbridge_log::log_path::find;
+use armbridge_analysis::run_folder::RunFolder;
+use armbridge_client::stdio;
 use armbridge_log::recording::Recording;
 use armbridge_shared::arm::Parameters;
 use clap::Args;
 use serde::Serialize;
 
-use super::super::{Error, Outcome};
+use super::super::{Error, Outcome, log};
+use crate::args::values::seed;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -36,7 +37,7 @@ pub(crate) struct PaperArgs {
     #[arg(long, requires = "logs")]
     pub(crate) as_paper: bool,
     /// Seed of the simulated encoder noise.
-    #[arg(long, default_value_t = 1, conflicts_with = "logs")]
+    #[arg(long, default_value_t = 1, conflicts_with = "logs", value_parser = seed)]
     pub(crate) seed: u64,
     /// Folder in which the run folder with the figure is created.
     #[arg(long, value_name = "DIR")]
@@ -61,7 +62,8 @@ pub(super) fn run(args: &PaperArgs) -> Outcome {
     } else {
         from_logs(args)?
     };
-    let folder = RunFolder::create(args.out.as_deref(), "identify-paper")?;
+    let base = Config::discover()?.out(args.out.as_deref());
+    let folder = RunFolder::create(Some(&base), "identify-paper")?;
     let files = comparison.draw(folder.path())?;
     let text = if args.json {
         let printed = Printed {
@@ -80,7 +82,7 @@ pub(super) fn run(args: &PaperArgs) -> Outcome {
             files.join("\n")
         )
     };
-    write!(std::io::stdout(), "{text}").map_err(|error| format!("cannot print: {error}"))?;
+    stdio::print(text)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -90,10 +92,10 @@ fn from_logs(args: &PaperArgs) -> Result<PaperComparison, Error> {
     let mut names: Vec<String> = Vec::new();
     let mut worlds: Vec<String> = Vec::new();
     for log in &args.logs {
-        let path = find(Some(log), Path::new(DEFAULT_BASE))?;
+        let path = log::find(Some(log))?;
         let recording = Recording::load(&path)?;
         for damage in &recording.damage {
-            eprintln!("{}: {damage}", path.display());
+            stdio::note(format_args!("{}: {damage}", path.display()));
         }
         let facts = &recording.facts;
         let (named, arm) = first.get_or_insert_with(|| (path.clone(), facts.setup.arm));

@@ -1,6 +1,5 @@
 //! `armbridge identify run`: a plan shown, confirmed, run, fitted, and applied.
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -11,7 +10,9 @@ use armbridge_analysis::scenario::{Overrides, Preview, Scenario};
 use armbridge_client::ctrl_c;
 use armbridge_client::params;
 use armbridge_client::params::settings_exchange::Exchange;
+use armbridge_client::stdio;
 use armbridge_client::transport::Intent;
+use armbridge_log::output_file::Existing;
 use armbridge_shared::link::message::Settings;
 use armbridge_sim::link::{BoardUri, drive};
 use armbridge_sim::plant::PlantFile;
@@ -25,6 +26,7 @@ use super::output::{self, OutputOptions};
 use super::share;
 use super::{Fit, preview};
 use crate::args::suggestions::plants;
+use crate::args::values::seed;
 use crate::args::{LinkArgs, OutputArgs, PaceName};
 
 pub(crate) const EXAMPLES: &str = "\
@@ -68,7 +70,7 @@ pub(crate) struct IdentifyRunArgs {
     #[arg(long, value_name = "NAME|FILE", value_parser = plants(), hide_possible_values = true)]
     pub(crate) plant: Option<String>,
     /// Seed of the encoder noise, instead of the plan's own.
-    #[arg(long)]
+    #[arg(long, value_parser = seed)]
     pub(crate) seed: Option<u64>,
     /// Pace of time on sim: and emulate:.
     #[arg(long, value_enum, default_value_t = PaceName::Free)]
@@ -164,7 +166,7 @@ fn show(
     } else {
         shown(&preview, &files)
     };
-    write!(std::io::stdout(), "{text}")?;
+    stdio::print(text)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -180,9 +182,9 @@ fn shown(preview: &Preview, files: &[PathBuf]) -> String {
 /// Prints text; on standard error beside a JSON object.
 fn print_text(args: &IdentifyRunArgs, text: &str) -> Result<(), Error> {
     if args.output.json {
-        eprint!("{text}");
+        stdio::note_text(text);
     } else {
-        write!(std::io::stdout(), "{text}")?;
+        stdio::print(text)?;
     }
     Ok(())
 }
@@ -224,16 +226,16 @@ fn perform(
                 (None, []) => "the run did not meet the plan's expectations".into(),
                 (None, missed) => missed.join("; "),
             };
-            eprintln!(
+            stdio::note(format_args!(
                 "armbridge: {why}; `armbridge identify fit {path}` fits the log that there is"
-            );
+            ));
             ExitCode::from(verdict.exit_code())
         }
     };
     if args.output.json {
-        writeln!(std::io::stdout(), "{report}")?;
+        stdio::print_line(report)?;
     } else if !args.output.quiet {
-        writeln!(std::io::stdout(), "{path}")?;
+        stdio::print_line(path)?;
     }
     Ok(code)
 }
@@ -251,17 +253,17 @@ fn fit_and_apply(
         folder: Some(folder),
     };
     let written = fitted.and_then(|fit| {
-        fit.write_to(&folder.join(ARM_NAME))?;
+        fit.write_to(&folder.join(ARM_NAME), Existing::Refuse)?;
         let description = output::describe(&fit, &options)?;
         Ok((fit, description))
     });
     let (fit, description) = match written {
         Ok(written) => written,
         Err(why) => {
-            eprintln!(
+            stdio::note(format_args!(
                 "armbridge: the arm is not identified: {why}; the log is in {}",
                 folder.display()
-            );
+            ));
             return Ok(ExitCode::from(1));
         }
     };

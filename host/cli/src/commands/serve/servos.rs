@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use armbridge_client::endpoint::Endpoint;
+use armbridge_client::stdio;
 use armbridge_client::transport::LinkUri;
 use armbridge_shared::servo::Firmware;
 use armbridge_sim::Bench;
@@ -167,24 +168,26 @@ fn on_tcp(
     bench: &mut WallClockBench,
 ) -> Outcome {
     let (listener, at) = endpoint.listen(args.expose.into())?;
-    eprintln!(
+    stdio::note(format_args!(
         "virtual servos {who} on {at}, raw bus bytes at {} baud; end with ctrl-c",
         args.baud
-    );
-    eprintln!("{}", protocol(&args.firmware));
+    ));
+    stdio::note(protocol(&args.firmware));
     let mut next = None;
     loop {
         let (stream, peer) = match next.take() {
             Some(next) => next,
             None => bench.accept(&listener)?,
         };
-        eprintln!("{peer} is on the bus");
+        stdio::note(format_args!("{peer} is on the bus"));
         match bench.serve_socket(&stream, &listener, args.echo) {
             Ok(waiting) => {
                 next = waiting;
-                eprintln!("{peer} has left; the servos keep their last commands");
+                stdio::note(format_args!(
+                    "{peer} has left; the servos keep their last commands"
+                ));
             }
-            Err(error) => eprintln!("{peer} is gone: {error}"),
+            Err(error) => stdio::note(format_args!("{peer} is gone: {error}")),
         }
     }
 }
@@ -195,9 +198,11 @@ fn on_pty(args: &ServosArgs, who: &str, bench: &mut WallClockBench) -> Outcome {
 
     let pty = Pty::open()?;
     let ours = pty.controller()?;
-    eprintln!("virtual servos {who}, raw bus bytes; end with ctrl-c");
-    eprintln!("{}", protocol(&args.firmware));
-    println!("{}", pty.name());
+    stdio::note(format_args!(
+        "virtual servos {who}, raw bus bytes; end with ctrl-c"
+    ));
+    stdio::note(protocol(&args.firmware));
+    stdio::print_line(pty.name())?;
     let baud = move || Pty::baud(&ours);
     bench.serve(pty.controller()?, pty.controller()?, baud, args.echo)?;
     Ok(ExitCode::SUCCESS)

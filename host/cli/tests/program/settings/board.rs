@@ -12,8 +12,14 @@ fn get_shows_what_the_board_has() {
     let head = lines.next().unwrap();
     assert_eq!(
         head.split_whitespace().collect::<Vec<_>>(),
-        ["key", "value", "unit", "what"]
+        ["key", "value", "unit"]
     );
+    // A screen of 80 columns shows it, and what explains it.
+    let explained = program.says(&["params", "limits", "controller.gain"]);
+    assert!(explained.contains("\n    Silence of the host after which torque goes off.\n"));
+    for line in table.lines().chain(explained.lines()) {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
     assert!(table.contains("controller.kind") && !table.contains("controller.gain"));
     let hold = program.json(&["params", "limits.hold_ms", "--json", "--link", "sim:"]);
     assert_eq!(hold[0]["value"], json!(100));
@@ -47,8 +53,9 @@ fn set_changes_all_or_nothing_and_says_so() {
         stdout.contains("[15.0, 15.0, 1.0, 1.0]  ->  [30.0, 30.0, 0.3, 0.3]"),
         "{stdout}"
     );
+    // One on the bench ends with the command.
     assert!(
-        stdout.ends_with("has taken it, and keeps its settings across power-off\n"),
+        stdout.ends_with("has taken it; it is simulated and ends here, so nothing is kept\n"),
         "{stdout}"
     );
     let report = program.json(&["params", "limits.hold_ms=80", "--json"]);
@@ -125,7 +132,8 @@ fn a_design_goes_to_the_board_by_hand_or_by_file() {
     assert_eq!(report["design"]["is_stable"], json!(true));
     let stdout = program.says(&with(&["--apply"]));
     assert!(
-        stdout.contains("estimator.kind") && stdout.ends_with("the board has taken it\n"),
+        stdout.contains("estimator.kind")
+            && stdout.contains("\nthe board has taken it; it is simulated"),
         "{stdout}"
     );
 

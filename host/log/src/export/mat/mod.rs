@@ -15,47 +15,52 @@
 
 pub mod level5;
 
-use std::fs::File;
 use std::io::{BufWriter, Seek, SeekFrom, Write};
-use std::path::Path;
+use std::path::PathBuf;
 
 use toml::Value;
 
 use super::column::{Cells, Column, Values, Words};
 use super::{About, ExportError};
 use crate::inspect::settings::Setting;
+use crate::output_file::OutputFile;
 use crate::recording::Row;
 use level5::{Array, MOST_BYTES, Number, Output};
 
 /// Rows that are buffered.
 const ROWS: usize = 1 << 16;
 
-/// Writes the file; each call of `rows` iterates over the ticks.
+/// Writes the file; each call of `rows` iterates over the ticks. Returns its path and its
+/// number of ticks.
 ///
 /// # Errors
 /// If it cannot be written, or has more ticks than the format can hold.
 pub fn write<I: Iterator<Item = Row>>(
-    path: &Path,
+    file: OutputFile,
     about: &About<'_>,
     rows: impl Fn() -> Result<I, ExportError>,
-) -> Result<u64, ExportError> {
+) -> Result<(PathBuf, u64), ExportError> {
+    let path = file.path().to_path_buf();
     let columns = Column::all(about.has_true_states);
     let ticks = rows()?.count();
     let log = log(&columns, ticks);
     if log.bytes("log") > MOST_BYTES {
         return Err(ExportError::TooLong {
-            path: path.to_path_buf(),
+            path,
             ticks: ticks as u64,
         });
     }
     let failed = |source| ExportError::Write {
-        path: path.to_path_buf(),
+        path: path.clone(),
         source,
     };
-    let mut file = BufWriter::new(File::create(path).map_err(failed)?);
+    let mut file = BufWriter::new(file);
     let rooms = frame(&mut file, about, &columns, &log).map_err(failed)?;
     fill(&mut file, &columns, &rooms, ticks, rows()?).map_err(failed)?;
-    Ok(ticks as u64)
+    let file = file
+        .into_inner()
+        .map_err(|error| failed(error.into_error()))?;
+    Ok((ExportError::finish(file)?, ticks as u64))
 }
 
 /// Writes everything but the numbers of the ticks; returns their places.
