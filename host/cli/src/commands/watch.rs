@@ -4,6 +4,9 @@ use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use armbridge::watch::screen;
+use armbridge::watch::screen::ScreenError;
+use armbridge_client::ctrl_c::Signal;
+use armbridge_client::stdio;
 use armbridge_client::transport::Intent;
 use clap::Args;
 
@@ -18,7 +21,8 @@ Examples:
   armbridge watch --link tcp://127.0.0.1:7001 --record run.mcap
   armbridge watch --link tcp://127.0.0.1:7001 --observe      beside a program that commands
 
-Keys: space stops, d disarms, q quits and disarms first, ? shows all of them.";
+Keys: space stops, d disarms, q quits and disarms first, ? shows all of them. Exit code
+129: the terminal went away; the board is disarmed, and the log is closed.";
 
 /// A dashboard.
 #[derive(Args, Debug)]
@@ -50,7 +54,20 @@ pub(crate) fn run(args: &WatchArgs) -> Outcome {
         opened.is_simulated,
         &opened.title,
     );
-    opened.end()?;
-    shown.map_err(|error| format!("cannot draw on this terminal: {error}; is TERM right?"))?;
-    Ok(ExitCode::SUCCESS)
+    let ended = opened.end();
+    match shown {
+        Err(ScreenError::Gone) => {
+            let end = match &ended {
+                Ok(()) => "the board is disarmed".to_owned(),
+                Err(error) => error.to_string(),
+            };
+            stdio::note(format_args!("armbridge: {}; {end}", ScreenError::Gone));
+            Ok(ExitCode::from(Signal::HangUp.exit_code()))
+        }
+        shown => {
+            ended?;
+            shown?;
+            Ok(ExitCode::SUCCESS)
+        }
+    }
 }

@@ -1,11 +1,12 @@
 //! `armbridge watch` on a terminal of its own: however it ends, the terminal is as it
-//! was before, and the board is disarmed.
+//! was before, and the board is disarmed; also when the terminal goes away.
 
 use std::fs::File;
 use std::io::{Read, Write};
 use std::os::fd::OwnedFd;
 use std::path::Path;
 use std::process::{self, Child, ExitStatus};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -15,6 +16,7 @@ use armbridge_shared::arm::State;
 use armbridge_shared::link::message::{Command, Mode, ToBoard, ToHost};
 use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::served_board::{Served, until};
+use rustix::event::{PollFd, PollFlags, Timespec};
 use rustix::fs::OFlags;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{Winsize, tcgetattr, tcsetwinsize};
@@ -33,6 +35,28 @@ struct Dashboard {
     keyboard: File,
     terminal: OwnedFd,
     drawn: Arc<Mutex<Vec<u8>>>,
+    /// Its screen is closed: nothing is read from it, and its end is no longer held.
+    is_closed: Arc<AtomicBool>,
+    reader: Option<std::thread::JoinHandle<()>>,
+}
+
+/// Reads a screen until it is closed.
+fn read(mut screen: File, seen: &Mutex<Vec<u8>>, is_closed: &AtomicBool) {
+    let mut bytes = [0; 4096];
+    let wait = Timespec {
+        tv_sec: 0,
+        tv_nsec: 20_000_000,
+    };
+    while !is_closed.load(Ordering::Relaxed) {
+        let mut ready = [PollFd::new(&screen, PollFlags::IN)];
+        if rustix::event::poll(&mut ready, Some(&wait)).unwrap() == 0 {
+            continue;
+        }
+        match screen.read(&mut bytes) {
+            Ok(count @ 1..) => seen.lock().unwrap().extend_from_slice(&bytes[..count]),
+            Ok(0) | Err(_) => return,
+        }
+    }
 }
 
 impl Dashboard {
@@ -65,20 +89,17 @@ impl Dashboard {
             .spawn()
             .unwrap();
         let keyboard = File::from(controller);
-        let mut screen = keyboard.try_clone().unwrap();
-        let drawn = Arc::new(Mutex::new(Vec::new()));
-        let seen = Arc::clone(&drawn);
-        std::thread::spawn(move || {
-            let mut bytes = [0; 4096];
-            while let Ok(count @ 1..) = screen.read(&mut bytes) {
-                seen.lock().unwrap().extend_from_slice(&bytes[..count]);
-            }
-        });
+        let screen = keyboard.try_clone().unwrap();
+        let (drawn, is_closed) = (Arc::<Mutex<Vec<u8>>>::default(), Arc::default());
+        let (seen, closed) = (Arc::clone(&drawn), Arc::clone(&is_closed));
+        let reader = std::thread::spawn(move || read(screen, &seen, &closed));
         Self {
             child,
             keyboard,
             terminal,
             drawn,
+            is_closed,
+            reader: Some(reader),
         }
     }
 
@@ -99,16 +120,16 @@ impl Dashboard {
         self.keyboard.write_all(keys.as_bytes()).unwrap();
     }
 
+    /// Sends a signal.
+    fn signal(&self, name: &str) {
+        let id = self.child.id().to_string();
+        let sent = process::Command::new("kill").args([name, &id]).status();
+        assert!(sent.unwrap().success());
+    }
+
     /// Waits for its end, and sees that the terminal is as it was.
     fn ended(mut self) -> ExitStatus {
-        let begun = Instant::now();
-        let status = loop {
-            if let Some(status) = self.child.try_wait().unwrap() {
-                break status;
-            }
-            assert!(begun.elapsed() < PATIENCE, "it does not end");
-            std::thread::sleep(Duration::from_millis(20));
-        };
+        let status = end_of(&mut self.child);
         self.until(LEAVES);
         let drawn = self.drawn();
         assert!(drawn.find(ENTERS) < drawn.rfind(LEAVES), "{drawn}");
@@ -117,6 +138,30 @@ impl Dashboard {
         let cooked = rustix::termios::LocalModes::ICANON | rustix::termios::LocalModes::ECHO;
         assert!(modes.contains(cooked), "{modes:?}");
         status
+    }
+}
+
+impl Dashboard {
+    /// Closes the terminal, as `sshd` does when the connection drops, and waits for the end.
+    fn hang_up(mut self) -> ExitStatus {
+        self.is_closed.store(true, Ordering::Relaxed);
+        self.reader.take().unwrap().join().unwrap();
+        drop(self.keyboard);
+        end_of(&mut self.child)
+    }
+}
+
+fn end_of(child: &mut Child) -> ExitStatus {
+    let begun = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            return status;
+        }
+        if begun.elapsed() > PATIENCE {
+            child.kill().unwrap();
+            panic!("it does not end");
+        }
+        std::thread::sleep(Duration::from_millis(20));
     }
 }
 
@@ -141,13 +186,7 @@ fn is_left_disarmed(path: &Path) -> bool {
 #[test]
 fn a_running_arm_is_disarmed_by_q_and_the_terminal_is_restored() {
     let folder = tempfile::tempdir().unwrap();
-    let log = folder.path().join("run.mcap");
-    let mut dashboard = Dashboard::start(&["--record", log.to_str().unwrap()]);
-    dashboard.until("IDLE");
-    dashboard.press("r");
-    dashboard.until("hold here");
-    dashboard.press("h");
-    dashboard.until("RUNNING");
+    let (mut dashboard, log) = running(folder.path());
     dashboard.press("q");
     assert_eq!(dashboard.ended().code(), Some(0));
     assert!(is_left_disarmed(&log));
@@ -157,14 +196,7 @@ fn a_running_arm_is_disarmed_by_q_and_the_terminal_is_restored() {
 fn a_request_to_terminate_restores_the_terminal_too() {
     let dashboard = Dashboard::start(&[]);
     dashboard.until("IDLE");
-    let id = dashboard.child.id().to_string();
-    assert!(
-        process::Command::new("kill")
-            .arg(id)
-            .status()
-            .unwrap()
-            .success()
-    );
+    dashboard.signal("-TERM");
     assert_eq!(dashboard.ended().code(), Some(0));
 }
 
@@ -247,4 +279,36 @@ fn what_cannot_be_observed_is_refused() {
     let silent = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let silent = format!("tcp://{}", silent.local_addr().unwrap());
     refused(&silent, "cannot be observed");
+}
+
+/// A dashboard whose arm stands, and its log.
+fn running(folder: &Path) -> (Dashboard, std::path::PathBuf) {
+    let log = folder.join("run.mcap");
+    let mut dashboard = Dashboard::start(&["--record", log.to_str().unwrap()]);
+    dashboard.until("IDLE");
+    dashboard.press("r");
+    dashboard.until("hold here");
+    dashboard.press("h");
+    dashboard.until("RUNNING");
+    (dashboard, log)
+}
+
+#[test]
+fn a_terminal_that_goes_away_disarms_closes_the_log_and_ends() {
+    let folder = tempfile::tempdir().unwrap();
+    let (dashboard, log) = running(folder.path());
+    assert_eq!(dashboard.hang_up().code(), Some(129));
+    assert!(is_left_disarmed(&log));
+    assert_eq!(Recording::load(&log).unwrap().damage, [""; 0]);
+}
+
+#[test]
+fn hang_ups_of_kernel_and_shell_disarm_before_the_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let (dashboard, log) = running(folder.path());
+    dashboard.signal("-HUP");
+    dashboard.signal("-HUP");
+    assert_eq!(dashboard.hang_up().code(), Some(129));
+    assert!(is_left_disarmed(&log));
+    assert_eq!(Recording::load(&log).unwrap().damage, [""; 0]);
 }
