@@ -27,6 +27,7 @@ use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::{Reader, Recording};
 use armbridge_log::replay::{Changes, Replayer};
 use armbridge_log::run_info::RunFacts;
+use armbridge_log::time_origin::Align;
 use armbridge_shared::link::frame::Encoder;
 use armbridge_shared::link::message::{Command as BoardCommand, Settings, Setup, ToBoard};
 
@@ -179,18 +180,10 @@ const READERS: [(&str, Read); 6] = [
         }
     }),
     ("plot", |path, folder| {
-        let Ok(log) = Log::load(path) else { return };
-        if log.records.len() > 1 {
-            plot::draw(
-                folder,
-                &Figure::ALL,
-                Formats::ALL,
-                &log.head.facts,
-                &log.records,
-                [None; 2],
-            )
-            .unwrap();
-        }
+        let Ok(run) = plot::Run::read(path, [None; 2]) else {
+            return;
+        };
+        plot::draw(folder, &Figure::ALL, Formats::ALL, &[run]).unwrap();
     }),
     ("export", |path, folder| {
         let Ok(head) = Head::read(path, |_| ()) else {
@@ -217,9 +210,9 @@ const READERS: [(&str, Read); 6] = [
         }
     }),
     ("diff", |path, folder| {
-        let logs = [path, &folder.join("a.mcap")].map(Log::load);
-        if let [Ok(a), Ok(b)] = logs {
-            Diff::compare(&a, &b).table();
+        let logs = [path.to_path_buf(), folder.join("a.mcap")];
+        if let Ok(diff) = Diff::read(&logs, Align::Drive) {
+            diff.table();
         }
     }),
     ("identify", |path, _| {

@@ -60,6 +60,7 @@ mod statistics;
 pub mod summary;
 mod telemetry;
 pub mod text_table;
+pub mod time_origin;
 pub mod topics;
 mod visualization;
 mod writer_thread;

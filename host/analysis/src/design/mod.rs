@@ -45,7 +45,7 @@ use armbridge_shared::bridge::settings_refusal;
 use armbridge_shared::link::message::{Refusal, Settings, Setup};
 use serde::Serialize;
 
-use crate::plot::PlotError;
+use crate::plot::{Formats, PlotError, write_as};
 use model::LinearLoop;
 
 /// Linear analysis of a set-up.
@@ -96,14 +96,16 @@ impl Design {
 }
 
 /// Draws the step responses of a set-up, on the simulated bench and by the linear loop, to
-/// files with the name of `file` and the extensions `.svg` and `.png`.
+/// `file`, which is an SVG or a PNG; without an ending, both are written.
 ///
 /// # Errors
-/// If the bench does not run with the set-up, or the files cannot be written.
+/// If the name has another ending, the bench does not run with the set-up, or the files cannot be
+/// written.
 pub fn draw_step(setup: &Setup, file: &Path) -> Result<Vec<PathBuf>, FigureError> {
+    let formats = Formats::of_file(file)?;
     let responses = step::responses(setup)?;
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
     let folder = file.parent().unwrap_or(Path::new(""));
     let drawing = draw::figure(setup, &responses);
-    Ok(crate::plot::write_all(folder, [(&*name, drawing)])?)
+    Ok(write_as(folder, formats, [(&*name, drawing)])?)
 }

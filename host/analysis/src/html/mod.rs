@@ -65,9 +65,7 @@ pub const PAGE_NAME: &str = "report.html";
 
 /// Writes a page into an existing folder; returns its path.
 pub(crate) fn write(folder: &Path, page: &str) -> Result<PathBuf, PlotError> {
-    let path = folder.join(PAGE_NAME);
-    plot::write(&path, page.as_bytes())?;
-    Ok(path)
+    plot::write(&folder.join(PAGE_NAME), page.as_bytes())
 }
 
 /// Table in a box that scrolls horizontally; a heading with `#` marks a column of numbers.

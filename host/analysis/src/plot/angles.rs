@@ -3,14 +3,16 @@
 use armbridge_client::enum_names;
 use armbridge_log::summary::{JointSummary, SETTLED_RAD};
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Drive, Record, Sample};
+use armbridge_shared::link::message::{Drive, Record};
 
 use super::axis::Axis;
 use super::decimate::distinct;
-use super::drawing::{Drawing, Stroke};
-use super::figure;
+use super::drawing::{Anchor, Drawing, Font, Stroke};
+use super::marks::NOTE;
 use super::panel::{ALARM, GAP, GOOD, JOINT, JOINT_TINT, Key, MUTED, Panel, SETPOINT};
-use super::run::{NOTE, Run, SetpointInterval};
+use super::reduce::{angle, missing, reference};
+use super::run::Run;
+use super::{figure, marks};
 
 /// Smallest distance in px of the lines between setpoints.
 const SPACING_PX: f64 = 12.0;
@@ -18,32 +20,101 @@ const SPACING_PX: f64 = 12.0;
 /// Estimates.
 const ESTIMATE_WIDTH: f64 = 1.7;
 
+/// Curve of another run, drawn in grey behind that of the run.
+const BEHIND: Stroke = Stroke::solid("#98a2ad", 1.7);
+
+/// Time in s before the end of a setpoint at which the error at rest is noted.
+const BEFORE_END_S: f64 = 0.25;
+
 pub(super) fn draw(run: &Run) -> Drawing {
-    let mut drawing = figure(640.0, "Joint angles", run.facts);
-    let intervals = run.setpoint_intervals();
+    let mut drawing = figure(640.0, "Joint angles", &run.facts);
+    let behind = run.behind.as_deref();
     for joint in 0..JOINTS {
-        let panel = Panel::angle(&mut drawing, joint, run.time_axis(), angle_axis(run, joint));
+        let axis = angle_axis([run].into_iter().chain(behind), joint);
+        let panel = Panel::angle(&mut drawing, joint, run.time_axis(), axis);
+        marks::draw(&mut drawing, &panel, run, joint);
+        if let Some(behind) = behind {
+            panel.curve(&mut drawing, behind.over_time(|r| angle(r, joint)), BEHIND);
+        }
         draw_joint(&mut drawing, &panel, run, joint);
-        draw_setpoints(&mut drawing, &panel, &intervals, joint);
-        draw_motion(&mut drawing, &panel, run, joint);
-        run.draw_faults(&mut drawing, &panel);
+        draw_setpoints(&mut drawing, &panel, run, joint);
+        draw_reference(&mut drawing, &panel, run, joint);
+        if let Some(behind) = behind {
+            draw_notes(&mut drawing, &panel, [run, behind], joint);
+        }
     }
     drawing
 }
 
+/// Notes on the curves: the run's settling times, and how far the run behind it rests off where it
+/// does not settle.
+fn draw_notes(drawing: &mut Drawing, panel: &Panel, [run, behind]: [&Run; 2], joint: usize) {
+    for interval in run.setpoint_intervals() {
+        if let Some(time_s) = interval.joints[joint].settling_time_s {
+            let at_s = interval.start_s + time_s;
+            let text = format!("{time_s:.2} s");
+            draw_note(drawing, panel, run, joint, (at_s, &text, JOINT[joint]));
+        }
+    }
+    for interval in behind.setpoint_intervals() {
+        let result = &interval.joints[joint];
+        if result.settling_time_s.is_none() {
+            let at_s = (interval.end_s - BEFORE_END_S).max(interval.start_s);
+            let text = format!("{:.0} mrad", result.steady_state_error_mrad.abs());
+            draw_note(drawing, panel, behind, joint, (at_s, &text, MUTED));
+        }
+    }
+}
+
+/// Writes a text at a time of a curve, on the side that is away from the setpoint.
+fn draw_note(
+    drawing: &mut Drawing,
+    panel: &Panel,
+    run: &Run,
+    joint: usize,
+    (at_s, text, colour): (f64, &str, &'static str),
+) {
+    let angle = run.value_at(at_s, |r| angle(r, joint));
+    let is_above = angle >= run.value_at(at_s, |r| reference(r, joint));
+    panel.ring(drawing, (at_s, angle), colour);
+    if !angle.is_finite() {
+        return;
+    }
+    let font = Font {
+        size: 12.5,
+        bold: true,
+        colour,
+        anchor: Anchor::Start,
+    };
+    let (x, y) = panel.at(at_s, angle);
+    let baseline = if is_above { y - 9.0 } else { y + 20.0 };
+    let baseline = baseline.clamp(panel.frame.y + 14.0, panel.frame.bottom() - 6.0);
+    let width = font.width(text);
+    // Notes at the end of a setpoint are left of their point.
+    let left = if colour == MUTED {
+        x - width - 4.0
+    } else {
+        x + 4.0
+    };
+    let left = left.min(panel.frame.right() - width - 4.0);
+    drawing.note((left.max(panel.frame.x + 4.0), baseline), text, font);
+}
+
 /// Axis that contains all curves, with space for text above them.
-fn angle_axis(run: &Run, joint: usize) -> Axis {
-    let shown = run.shown().iter().filter(|r| enum_names::is_up(r.mode));
-    let shown = shown.flat_map(|record| {
-        let reference = f64::from(record.reference_rad[joint]);
-        [
-            reference - 1.5 * SETTLED_RAD,
-            reference + 1.5 * SETTLED_RAD,
-            f64::from(record.angle_rad[joint]),
-            run.measured_rad(record, joint),
-        ]
+fn angle_axis<'a>(runs: impl Iterator<Item = &'a Run>, joint: usize) -> Axis {
+    let values = runs.flat_map(|run| {
+        let shown = run.records().filter(|r| enum_names::is_up(r.mode));
+        shown.flat_map(move |record| {
+            let reference = f64::from(record.reference_rad[joint]);
+            [
+                reference - 1.5 * SETTLED_RAD,
+                reference + 1.5 * SETTLED_RAD,
+                f64::from(record.angle_rad[joint]),
+                run.measured_rad(record, joint),
+            ]
+        })
     });
-    let axis = Axis::around(shown, 0.05);
+    let axis = Axis::around(values, 0.05);
     Axis {
         high: axis.high + 0.14 * (axis.high - axis.low),
         ..axis
@@ -51,7 +122,6 @@ fn angle_axis(run: &Run, joint: usize) -> Axis {
 }
 
 fn draw_joint(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
-    run.draw_gaps(drawing, panel);
     let samples = run.over_time(|r| run.measured_rad(r, joint));
     panel.dots(
         drawing,
@@ -59,14 +129,7 @@ fn draw_joint(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
         JOINT_TINT[joint],
     );
     let estimate = Stroke::solid(JOINT[joint], ESTIMATE_WIDTH);
-    let angle = |r: &Record| {
-        if enum_names::is_up(r.mode) {
-            f64::from(r.angle_rad[joint])
-        } else {
-            f64::NAN
-        }
-    };
-    panel.curve(drawing, run.over_time(angle), estimate);
+    panel.curve(drawing, run.over_time(|r| angle(r, joint)), estimate);
 
     let mut legend = vec![
         (Key::Dots(JOINT_TINT[joint]), "encoder"),
@@ -74,14 +137,11 @@ fn draw_joint(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
         (Key::Line(SETPOINT), "setpoint"),
         (Key::Band(GOOD), "±20 mrad"),
     ];
-    let is_missing = |r: &Record| {
-        if enum_names::is_up(r.mode) && matches!(r.samples[joint], Sample::Missing(_)) {
-            panel.y.low
-        } else {
-            f64::NAN
-        }
-    };
-    let missing = run.over_time(is_missing).filter(|(_, low)| low.is_finite());
+    let behind = run.behind.as_deref();
+    let behind = behind.map(|behind| format!("control {}", behind.control()));
+    legend.extend(behind.iter().map(|name| (Key::Line(BEHIND), name.as_str())));
+    let missing = run.over_time(|r| missing(r, joint) * panel.y.low);
+    let missing = missing.filter(|(_, low)| low.is_finite());
     let missing = distinct(missing.map(|(time, low)| panel.at(time, low)));
     if !missing.is_empty() {
         let stroke = Stroke::solid(ALARM, 1.2);
@@ -95,24 +155,19 @@ fn draw_joint(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
     panel.legend(drawing, &legend);
 }
 
-/// Draws the moving reference.
-fn draw_motion(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
+/// Draws the reference.
+fn draw_reference(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
     let reference = |r: &Record| match r.mode.drive() {
-        Some(Drive::Track | Drive::Hold) => f64::from(r.reference_rad[joint]),
+        Some(Drive::Regulate | Drive::Track | Drive::Hold) => reference(r, joint),
         _ => f64::NAN,
     };
     panel.curve(drawing, run.over_time(reference), SETPOINT);
 }
 
 /// Draws the setpoints, the bands in which a joint counts as settled, and the results.
-fn draw_setpoints(
-    drawing: &mut Drawing,
-    panel: &Panel,
-    intervals: &[SetpointInterval],
-    joint: usize,
-) {
-    let mut path = Vec::new();
-    for interval in intervals {
+fn draw_setpoints(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
+    let mut drawn = panel.frame.x;
+    for (place, interval) in run.setpoint_intervals().enumerate() {
         let JointSummary {
             reference_rad,
             settling_time_s,
@@ -121,17 +176,22 @@ fn draw_setpoints(
         } = interval.joints[joint];
         let reference = f64::from(reference_rad);
         let (from, to) = (
-            interval.from_s.max(panel.x.low),
-            interval.to_s.min(panel.x.high),
+            interval.start_s.max(panel.x.low),
+            interval.end_s.min(panel.x.high),
         );
         let (low, high) = (reference - SETTLED_RAD, reference + SETTLED_RAD);
         panel.area(drawing, (from, low), (to, high), GOOD, 0.14);
-        // Intervals that do not touch are not joined.
-        let is_next = path
-            .last()
-            .is_none_or(|(end, _): &(f64, f64)| from - end < 1e-3);
-        path.extend((!is_next).then_some((from, f64::NAN)));
-        path.extend([(from, reference), (to, reference)]);
+        let (x, _) = panel.at(interval.start_s, panel.y.low);
+        // Closer lines would hide the curve.
+        if place > 0 && x - drawn >= SPACING_PX {
+            drawn = x;
+            let stroke = Stroke {
+                colour: MUTED,
+                width: 0.8,
+                dash: &[1.0, 3.0],
+            };
+            drawing.line((x, panel.frame.y), (x, panel.frame.bottom()), stroke);
+        }
 
         let settled = settling_time_s.map_or("does not settle".to_owned(), |s| {
             format!("settled in {s:.2} s")
@@ -142,24 +202,9 @@ fn draw_setpoints(
         let (left, right) = (panel.at(from, low).0 + 7.0, panel.at(to, low).0);
         // Only a text that fits between this setpoint and the next.
         let fits = |text: &&String| left + NOTE.width(text) < right;
-        if let Some(text) = [&long, &short, &settled].into_iter().find(fits) {
+        let text = [&long, &short, &settled].into_iter().find(fits);
+        if let Some(text) = text.filter(|_| run.behind.is_none()) {
             drawing.note((left, panel.frame.y + 16.0), text, NOTE);
         }
     }
-    let mut drawn = panel.frame.x;
-    for interval in intervals.iter().skip(1) {
-        let (x, _) = panel.at(interval.from_s, panel.y.low);
-        // Closer lines would hide the curve.
-        if x - drawn < SPACING_PX {
-            continue;
-        }
-        drawn = x;
-        let stroke = Stroke {
-            colour: MUTED,
-            width: 0.8,
-            dash: &[1.0, 3.0],
-        };
-        drawing.line((x, panel.frame.y), (x, panel.frame.bottom()), stroke);
-    }
-    panel.curve(drawing, path.into_iter(), SETPOINT);
 }

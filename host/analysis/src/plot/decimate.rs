@@ -11,9 +11,6 @@ const COLUMN_PX: f64 = 0.5;
 /// file.
 const LEVEL_PX: f64 = 0.05;
 
-/// Side of a square in px through which a curve is traced once.
-const TRACE_PX: f64 = 1.0;
-
 /// Omits invisible points. Points are in order of x; one that is not finite makes a gap.
 pub(super) fn decimate(points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<(f64, f64)>> {
     let mut pieces = Vec::new();
@@ -69,44 +66,6 @@ fn keep_visible(column: &mut Vec<(f64, f64)>, piece: &mut Vec<(f64, f64)>) {
     column.clear();
 }
 
-/// Omits pieces of a curve where it has already been drawn. A point that is not finite
-/// makes a gap.
-pub(super) fn unvisited(points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<(f64, f64)>> {
-    let mut seen = std::collections::HashSet::new();
-    let mut pieces = Vec::new();
-    let mut piece: Vec<(f64, f64)> = Vec::new();
-    let mut before: Option<((i64, i64), (f64, f64))> = None;
-    let end = |piece: &mut Vec<_>, pieces: &mut Vec<_>| {
-        if !piece.is_empty() {
-            pieces.push(std::mem::take(piece));
-        }
-    };
-    for (x, y) in points {
-        if !(x.is_finite() && y.is_finite()) {
-            end(&mut piece, &mut pieces);
-            before = None;
-            continue;
-        }
-        let cell = ((x / TRACE_PX).round() as i64, (y / TRACE_PX).round() as i64);
-        if before.is_some_and(|(last, _)| last == cell) {
-            continue;
-        }
-        if seen.insert(cell) {
-            // Where the curve leaves the drawn area, it is joined to it.
-            if let (true, Some((_, last))) = (piece.is_empty(), before) {
-                piece.push(last);
-            }
-            piece.push((x, y));
-        } else if !piece.is_empty() {
-            piece.push((x, y));
-            end(&mut piece, &mut pieces);
-        }
-        before = Some((cell, (x, y)));
-    }
-    end(&mut piece, &mut pieces);
-    pieces
-}
-
 /// Reduces overlapping dots to one.
 pub(super) fn distinct(points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
     let mut seen = std::collections::HashSet::new();
@@ -135,19 +94,6 @@ mod tests {
         assert!(kept.contains(&(4_321.0 * 0.005, 50.0)));
         assert!(kept.contains(&(7_777.0 * 0.005, -50.0)));
         assert!(kept.is_sorted_by(|a, b| a.0 <= b.0));
-    }
-
-    #[test]
-    fn a_curve_that_goes_in_circles_is_drawn_once() {
-        let around = |turns: i32| {
-            let angles = (0..turns * 1000).map(|i| f64::from(i) * std::f64::consts::TAU / 1000.0);
-            unvisited(angles.map(|a| (100.0 * a.cos(), 100.0 * a.sin())))
-        };
-        let length = |pieces: &[Vec<(f64, f64)>]| pieces.iter().map(Vec::len).sum::<usize>();
-        let (once, often) = (around(1), around(50));
-        assert_eq!(once[0][0], (100.0, 0.0));
-        assert!(length(&once) > 500, "{}", length(&once));
-        assert!(length(&often) <= length(&once) + 20, "{}", length(&often));
     }
 
     #[test]

@@ -5,46 +5,64 @@
 //! |------------|---------------------------------------------------------------|
 //! | `angles`   | samples, estimate and setpoint of both joints                 |
 //! | `tracking` | estimate minus reference, with the settling band              |
-//! | `torque`   | torque and PWM of both joints, with the servos' limits        |
+//! | `torque`   | torque decided and sent, with the servos' limits              |
+//! | `path`     | angle of joint 2 over that of joint 1, on equal scales        |
 //! | `phase`    | speed over angle of both joints                               |
 //! | `timing`   | start error, bus time and compute time of every tick, counted |
 //! | `spectrum` | power of error, torque and innovation over frequency          |
+//! | `difference` | angles of several runs minus those of the first             |
 //!
-//! [`draw_preview`] draws a planned run, `preview`; [`compare()`] overlays two runs. Time is
-//! in s after the first record, as in the summary. Missing records make a gap.
+//! All but `timing` exist for several runs as well, over each other, with names that say what
+//! differs between them. [`draw_preview`] draws a planned run, `preview`. Time is in s after the first armed tick, see
+//! [`time_origin`](armbridge_log::time_origin), as in the summary. Missing records make a gap.
+//!
+//! ```text
+//! log --events--> Collector: visible ticks, traces, spectra, counts --> Run --> Drawing --> file
+//! ```
 
 mod angles;
 pub(crate) mod axis;
-mod compare;
+mod collector;
 mod decimate;
 pub(crate) mod drawing;
+mod labels;
+mod marks;
 pub(crate) mod panel;
+mod path;
 mod phase;
 mod png;
 mod preview;
+mod reduce;
 mod run;
+mod several;
 mod spectrum;
 mod svg;
 mod text;
 mod timing;
 mod torque;
+mod trace;
 mod tracking;
 mod welch;
 
-pub use compare::compare;
+pub use collector::Collector;
 pub use png::RasterError;
 pub use preview::draw_preview;
 
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
-use armbridge_log::output_file;
-use armbridge_log::output_file::Existing;
+use armbridge_log::output_file::{self, Existing};
+use armbridge_log::recording::ReadError;
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::link::message::Record;
 
+pub use run::Run;
+
 use drawing::{Anchor, Drawing, Font};
 use panel::{INK, MUTED};
-use run::Run;
+
+/// Figures that are rendered at once.
+const RENDERERS: usize = 2;
 
 /// Width of every figure in px.
 pub(crate) const WIDTH: f64 = 1040.0;
@@ -52,6 +70,12 @@ pub(crate) const WIDTH: f64 = 1040.0;
 /// Failure to draw the plots.
 #[derive(Debug, thiserror::Error)]
 pub enum PlotError {
+    /// A log cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The name of a file has an ending of no format.
+    #[error("{} is no picture that can be drawn: name it .svg or .png, or without an ending for both", .0.display())]
+    Format(PathBuf),
     /// A file cannot be written.
     #[error("cannot write {path}: {source}", path = path.display())]
     Write {
@@ -79,23 +103,29 @@ pub enum Figure {
     Tracking,
     /// Torque and PWM.
     Torque,
+    /// Angle of joint 2 over that of joint 1.
+    Path,
     /// Speed over angle.
     Phase,
     /// Start error, bus time and compute time of each tick.
     Timing,
     /// Power of error, torque and innovation over frequency.
     Spectrum,
+    /// Angles of runs minus those of the first.
+    Difference,
 }
 
 impl Figure {
     /// All figures.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 8] = [
         Self::Angles,
         Self::Tracking,
         Self::Torque,
+        Self::Path,
         Self::Phase,
         Self::Timing,
         Self::Spectrum,
+        Self::Difference,
     ];
 
     /// Name of the figure's files.
@@ -104,20 +134,28 @@ impl Figure {
             Self::Angles => "angles",
             Self::Tracking => "tracking",
             Self::Torque => "torque",
+            Self::Path => "path",
             Self::Phase => "phase",
             Self::Timing => "timing",
             Self::Spectrum => "spectrum",
+            Self::Difference => "difference",
         }
     }
 
-    fn draw(self, run: &Run) -> Drawing {
+    /// The figure of one run, or of several; none if it does not exist for so many.
+    fn draw(self, runs: &[Run]) -> Option<Drawing> {
+        let [run] = runs else {
+            return several::draw(self, runs);
+        };
         match self {
-            Self::Angles => angles::draw(run),
-            Self::Tracking => tracking::draw(run),
-            Self::Torque => torque::draw(run),
-            Self::Phase => phase::draw(run),
-            Self::Timing => timing::draw(run),
-            Self::Spectrum => spectrum::draw(run),
+            Self::Angles => Some(angles::draw(run)),
+            Self::Tracking => Some(tracking::draw(run)),
+            Self::Torque => Some(torque::draw(run)),
+            Self::Path => Some(path::draw(run)),
+            Self::Phase => Some(phase::draw(run)),
+            Self::Timing => Some(timing::draw(run)),
+            Self::Spectrum => Some(spectrum::draw(run)),
+            Self::Difference => None,
         }
     }
 }
@@ -137,9 +175,43 @@ impl Formats {
         svg: true,
         png: true,
     };
+
+    /// Formats of a file by the ending of its name: both for one without.
+    ///
+    /// # Errors
+    /// If the ending is another.
+    pub fn of_file(path: &Path) -> Result<Self, PlotError> {
+        let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
+        match ending.as_deref().map(|ending| ending.to_string_lossy()) {
+            None => Ok(Self::ALL),
+            Some(ending) if ending == "svg" => Ok(Self {
+                png: false,
+                ..Self::ALL
+            }),
+            Some(ending) if ending == "png" => Ok(Self {
+                svg: false,
+                ..Self::ALL
+            }),
+            Some(_) => Err(PlotError::Format(path.to_path_buf())),
+        }
+    }
 }
 
-/// Draws the figures of a run folder; returns the files, SVG before PNG.
+/// Figures of a run folder.
+const RUN_FIGURES: [Figure; 3] = [Figure::Angles, Figure::Torque, Figure::Timing];
+
+/// Draws the figures of a run beside its log, with its baseline, if there is one; returns the
+/// files, SVG before PNG. [`draw`] makes the same files of the same log.
+///
+/// # Errors
+/// If the log cannot be read, a file cannot be written or a drawing cannot be rendered.
+pub fn draw_run(log: &Path) -> Result<Vec<PathBuf>, PlotError> {
+    let run = Run::read_with_baseline(log, [None; 2])?;
+    let folder = log.parent().unwrap_or(Path::new(""));
+    draw(folder, &RUN_FIGURES, Formats::ALL, &[run])
+}
+
+/// Draws the figures of a run folder from records in memory; returns the files, SVG before PNG.
 ///
 /// # Errors
 /// If a file cannot be written or a drawing cannot be rendered.
@@ -148,12 +220,12 @@ pub fn draw_all(
     facts: &RunFacts,
     records: &[Record],
 ) -> Result<Vec<PathBuf>, PlotError> {
-    let figures = [Figure::Angles, Figure::Torque, Figure::Timing];
-    draw(folder, &figures, Formats::ALL, facts, records, [None; 2])
+    let run = Run::of_records(facts, records);
+    draw(folder, &RUN_FIGURES, Formats::ALL, &[run])
 }
 
-/// Draws figures into a folder, of the whole run or of the time between `from_s` and `to_s`
-/// after its first record; returns the files, SVG before PNG.
+/// Draws figures of one run, or of several over each other, into a folder. Figures of one run
+/// only are left out for several, and the other way round. Returns the files, SVG before PNG.
 ///
 /// # Errors
 /// If a file cannot be written or a drawing cannot be rendered.
@@ -161,80 +233,81 @@ pub fn draw(
     folder: &Path,
     figures: &[Figure],
     formats: Formats,
-    facts: &RunFacts,
-    records: &[Record],
-    [from_s, to_s]: [Option<f64>; 2],
+    runs: &[Run],
 ) -> Result<Vec<PathBuf>, PlotError> {
-    let run = Run::new(facts, records, from_s, to_s);
-    let drawn: Vec<_> = std::thread::scope(|scope| {
-        let spawn = |figure: &Figure| {
-            let (figure, run) = (*figure, &run);
-            (figure.name(), scope.spawn(move || figure.draw(run)))
-        };
-        let threads: Vec<_> = figures.iter().map(spawn).collect();
-        let drawing = |(name, thread): (_, std::thread::ScopedJoinHandle<'_, Drawing>)| {
-            let drawing = thread.join();
-            (
-                name,
-                drawing.unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
-            )
-        };
-        threads.into_iter().map(drawing).collect()
-    });
+    let several = if runs.len() > 1 { "compare-" } else { "" };
+    let name = |figure: &Figure| format!("{several}{}", figure.name());
+    let drawn = figures
+        .iter()
+        .filter_map(|figure| Some((name(figure), figure.draw(runs)?)));
     write_as(folder, formats, drawn)
 }
 
 /// Writes named drawings into a folder, as SVG and PNG.
-pub(crate) fn write_all<'a>(
+pub(crate) fn write_all<N: AsRef<str> + Send>(
     folder: &Path,
-    figures: impl IntoIterator<Item = (&'a str, Drawing)>,
+    figures: impl IntoIterator<Item = (N, Drawing), IntoIter: Send>,
 ) -> Result<Vec<PathBuf>, PlotError> {
     write_as(folder, Formats::ALL, figures)
 }
 
 /// Writes named drawings into a folder; returns the files, SVG before PNG.
-fn write_as<'a>(
+pub(crate) fn write_as<N: AsRef<str> + Send>(
     folder: &Path,
     formats: Formats,
-    figures: impl IntoIterator<Item = (&'a str, Drawing)>,
+    figures: impl IntoIterator<Item = (N, Drawing), IntoIter: Send>,
 ) -> Result<Vec<PathBuf>, PlotError> {
-    // Rendering pixels takes most of the time, and the figures are independent.
-    std::thread::scope(|scope| {
-        let spawn = |(name, drawing): (&'a str, Drawing)| {
-            scope.spawn(move || {
-                let svg_path = folder.join(format!("{name}.svg"));
-                let png_path = folder.join(format!("{name}.png"));
-                let mut files = Vec::new();
-                if formats.svg {
-                    write(&svg_path, drawing.svg().as_bytes())?;
-                    files.push(svg_path);
-                }
-                if formats.png {
-                    let pixels = png::png(&drawing).map_err(|source| PlotError::Raster {
-                        path: png_path.clone(),
-                        source,
-                    })?;
-                    write(&png_path, &pixels)?;
-                    files.push(png_path);
-                }
-                Ok(files)
-            })
-        };
-        let threads: Vec<_> = figures.into_iter().map(spawn).collect();
-        let mut files = Vec::new();
-        for thread in threads {
-            let drawn = thread
-                .join()
-                .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            files.extend(drawn?);
+    // Pixels take most of the time and of the memory, so two figures are rendered at once.
+    let figures = Mutex::new(figures.into_iter().enumerate());
+    let next = || figures.lock().ok()?.next();
+    let work = || {
+        let mut written = Vec::new();
+        while let Some((place, (name, drawing))) = next() {
+            let files = write_figure(folder, formats, name.as_ref(), &drawing)?;
+            written.push((place, files));
         }
-        Ok(files)
-    })
+        Ok::<_, PlotError>(written)
+    };
+    let written: Vec<Vec<_>> = std::thread::scope(|scope| {
+        let threads = [(); RENDERERS].map(|()| scope.spawn(work));
+        let join = |thread: std::thread::ScopedJoinHandle<'_, _>| {
+            let written = thread.join();
+            written.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        };
+        threads.map(join).into_iter().collect::<Result<_, _>>()
+    })?;
+    let mut written: Vec<_> = written.into_iter().flatten().collect();
+    written.sort_by_key(|(place, _)| *place);
+    Ok(written.into_iter().flat_map(|(_, files)| files).collect())
 }
 
-pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), PlotError> {
-    let written = output_file::write(path, bytes, Existing::Replace);
-    written.map(|_| ()).map_err(|source| PlotError::Write {
+/// Writes a drawing into a folder; returns the files.
+fn write_figure(
+    folder: &Path,
+    formats: Formats,
+    name: &str,
+    drawing: &Drawing,
+) -> Result<Vec<PathBuf>, PlotError> {
+    let mut files = Vec::new();
+    if formats.svg {
+        let path = folder.join(format!("{name}.svg"));
+        files.push(write(&path, drawing.svg().as_bytes())?);
+    }
+    if formats.png {
+        let path = folder.join(format!("{name}.png"));
+        let pixels = png::png(drawing).map_err(|source| PlotError::Raster {
+            path: path.clone(),
+            source,
+        })?;
+        files.push(write(&path, &pixels)?);
+    }
+    Ok(files)
+}
+
+/// Writes a file; returns its path. A file with the same contents stays as it is, and one with
+/// others keeps its name: then the new one gets a number, as `angles-2.svg`.
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<PathBuf, PlotError> {
+    output_file::write(path, bytes, Existing::Number).map_err(|source| PlotError::Write {
         path: path.to_path_buf(),
         source,
     })

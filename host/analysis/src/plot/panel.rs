@@ -3,8 +3,9 @@
 use armbridge_shared::JOINTS;
 
 use super::axis::Axis;
-use super::decimate::{decimate, distinct, unvisited};
+use super::decimate::{decimate, distinct};
 use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
+use super::trace::Trace;
 
 /// Colours of text and frames, from dark to light.
 pub(crate) const INK: &str = "#1f2933";
@@ -47,6 +48,9 @@ pub(crate) const LIMIT: Stroke = Stroke {
 /// Px between tick labels.
 const TICK_SPACING_X: f64 = 70.0;
 const TICK_SPACING_Y: f64 = 34.0;
+
+/// Side of a square in px through which a curve is traced once.
+const TRACE_PX: f64 = 1.0;
 
 /// A framed area with two axes.
 #[derive(Clone, Copy, Debug)]
@@ -128,13 +132,18 @@ impl Panel {
         if let Some(text) = y_title {
             drawing.text((x - 50.0, y + h / 2.0), text, LABEL, true);
         }
+        self.title(drawing, title);
+    }
+
+    /// A title above the left end of the frame.
+    pub(crate) fn title(&self, drawing: &mut Drawing, title: &str) {
         let font = Font {
             size: 13.0,
             bold: true,
             colour: INK,
             anchor: Anchor::Start,
         };
-        drawing.text((x, y - 9.0), title, font, false);
+        drawing.text((self.frame.x, self.frame.y - 9.0), title, font, false);
     }
 
     /// A legend above the right end of the frame.
@@ -172,7 +181,9 @@ impl Panel {
         points: impl Iterator<Item = (f64, f64)>,
         stroke: Stroke,
     ) {
-        let pieces = unvisited(points.map(|(x, y)| self.at(x, y)));
+        let mut trace = Trace::new([TRACE_PX; 2]);
+        points.for_each(|(x, y)| trace.add(self.at(x, y)));
+        let pieces = trace.into_pieces();
         self.clipped(drawing, |drawing| drawing.polyline(pieces, stroke));
     }
 
@@ -185,6 +196,25 @@ impl Panel {
     ) {
         let pieces = decimate(points.map(|(x, y)| self.at(x, y)));
         self.clipped(drawing, |drawing| drawing.polyline(pieces, stroke));
+    }
+
+    /// A cross at a point; none outside the frame.
+    pub(crate) fn cross(&self, drawing: &mut Drawing, (x, y): (f64, f64), stroke: Stroke) {
+        if self.contains((x, y)) {
+            drawing.cross(self.at(x, y), stroke);
+        }
+    }
+
+    /// A ring at a point; none outside the frame.
+    pub(crate) fn ring(&self, drawing: &mut Drawing, (x, y): (f64, f64), colour: &'static str) {
+        if self.contains((x, y)) {
+            drawing.ring(self.at(x, y), colour);
+        }
+    }
+
+    /// Whether a point is in the frame; false for one that is not finite.
+    fn contains(&self, (x, y): (f64, f64)) -> bool {
+        (self.x.low..=self.x.high).contains(&x) && (self.y.low..=self.y.high).contains(&y)
     }
 
     /// A dot for each point.

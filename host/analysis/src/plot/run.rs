@@ -1,69 +1,160 @@
-//! Data of a run for the figures: records with their times, and the time window.
+//! A run as its figures show it: ticks with their times, and what is computed from all of them.
+//!
+//! Time zero is the first armed tick, see [`time_origin`](armbridge_log::time_origin). A
+//! [`Collector`] reads a log once, tick by tick; memory does not
+//! grow with its length.
 
-use armbridge_client::enum_names;
+use std::path::{Path, PathBuf};
+
+use armbridge_client::params;
+use armbridge_log::recording::{ReadError, Reader};
 use armbridge_log::run_info::RunFacts;
-use armbridge_log::summary::{JointSummary, SegmentSummary, segments};
+use armbridge_log::summary::{Counts, SegmentSummary};
+use armbridge_log::time_origin::{Align, RunTimes};
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Record, Sample};
+use armbridge_shared::link::message::{Record, Sample, Settings};
 
 use super::axis::Axis;
-use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
-use super::panel::{ALARM, GAP, MUTED, Panel};
+use super::collector::Collector;
+use super::labels;
+use super::marks::Mark;
+use super::reduce::Tick;
+use super::welch::Spectrum;
+use crate::run::{BASELINE_LOG, RUN_LOG};
 
-/// Smallest width of a gap's mark in px, so that a single missing record is visible.
-const GAP_PX: f64 = 1.6;
+/// A curve in a plane, in pieces.
+pub(super) type Curve = Vec<Vec<(f64, f64)>>;
 
-/// A run and the window shown.
+/// A run as its figures show it.
 #[derive(Debug)]
-pub(super) struct Run<'a> {
-    pub(super) facts: &'a RunFacts,
-    pub(super) records: &'a [Record],
-    /// Time of each record in s after the first; it continues after a reset of the
-    /// board, which restarts the board's clock.
-    times: Vec<f64>,
+pub struct Run {
+    /// Facts, with the settings in force when the motors were first driven.
+    pub facts: RunFacts,
+    /// These settings.
+    pub settings: Settings,
+    /// Log that it was read from; empty for a run in memory.
+    pub path: PathBuf,
+    /// Damage of the log, each in one sentence.
+    pub damage: Vec<String>,
+    /// First and last tick of the whole run in s; none without ticks.
+    pub covered_s: Option<[f64; 2]>,
+    /// Times of its events.
+    pub(super) times: RunTimes,
+    /// Time zero in s after the first tick.
+    pub(super) origin_s: f64,
+    /// Ticks in the window that are visible.
+    pub(super) ticks: Vec<Tick>,
     /// First and last time shown, in s.
-    window: [f64; 2],
+    pub(super) window: [f64; 2],
+    /// Setpoints of the whole run, the first of them in a long one.
+    pub(super) intervals: Vec<SegmentSummary>,
+    /// Speed over angle of each joint.
+    pub(super) phase: [Curve; JOINTS],
+    /// Angle of joint 2 over that of joint 1: estimate and reference.
+    pub(super) path_curve: Curve,
+    pub(super) reference_curve: Curve,
+    /// Spectra of [`SIGNALS`](super::spectrum::SIGNALS), of each joint.
+    pub(super) spectra: Vec<[Option<Spectrum>; JOINTS]>,
+    /// Values of the [`QUANTITIES`](super::timing::QUANTITIES) of all ticks in the window.
+    pub(super) timing: Vec<Counts>,
+    /// Ticks in the window.
+    pub(super) shown: u64,
+    /// Pushes and commands.
+    pub(super) marks: Vec<Mark>,
+    /// Run that `angles` shows in grey behind this one.
+    pub(super) behind: Option<Box<Self>>,
 }
 
-/// Time interval of a setpoint in s, with the result of each joint.
-#[derive(Debug)]
-pub(super) struct SetpointInterval {
-    pub(super) from_s: f64,
-    pub(super) to_s: f64,
-    pub(super) joints: [JointSummary; JOINTS],
-}
+impl Run {
+    /// Reads a log, tick by tick, with a window from `from_s` to `to_s`; `None` for the ends of
+    /// the run. The baseline beside the log of a run is read as well.
+    ///
+    /// # Errors
+    /// When nothing can be read.
+    pub fn read_with_baseline(path: &Path, window_s: [Option<f64>; 2]) -> Result<Self, ReadError> {
+        let run = Self::read(path, window_s)?;
+        let baseline = run.path.with_file_name(BASELINE_LOG);
+        let is_run = run.path.file_name().is_some_and(|name| name == RUN_LOG);
+        let behind = (is_run && baseline.is_file()).then(|| Self::read(&baseline, window_s));
+        Ok(Self {
+            behind: behind.transpose()?.map(Box::new),
+            ..run
+        })
+    }
 
-impl<'a> Run<'a> {
-    /// Run with a window from `from_s` to `to_s`; `None` for the ends of the run.
-    pub(super) fn new(
-        facts: &'a RunFacts,
-        records: &'a [Record],
-        from_s: Option<f64>,
-        to_s: Option<f64>,
-    ) -> Self {
-        let period_s = f64::from(facts.period_us) * 1e-6;
-        let mut times = Vec::with_capacity(records.len());
-        let (mut before_s, mut origin_us) = (0.0, 0);
-        for (at, record) in records.iter().enumerate() {
-            match at.checked_sub(1).map(|last| (records[last], times[last])) {
-                None => origin_us = record.start_us,
-                Some((last, last_s)) if record.start_us < last.start_us => {
-                    (before_s, origin_us) = (last_s + period_s, record.start_us);
-                }
-                Some(_) => {}
+    /// Reads a log, tick by tick, with a window from `from_s` to `to_s`; `None` for the ends of
+    /// the run.
+    ///
+    /// # Errors
+    /// When nothing can be read.
+    pub fn read(path: &Path, window_s: [Option<f64>; 2]) -> Result<Self, ReadError> {
+        let mut reader = Reader::open(path)?;
+        let mut collector = Collector::new(reader.facts(), window_s);
+        let mut pushes = 0;
+        while let Some(event) = reader.next() {
+            // A push is in the log before the ticks after it.
+            let begun = reader.pushes();
+            for push in begun.get(pushes..).unwrap_or_default() {
+                collector.push(push);
             }
-            times.push(before_s + (record.start_us - origin_us) as f64 * 1e-6);
+            pushes = begun.len();
+            collector.event(&event);
         }
-        let end_s = times.last().map_or(1.0, |last| last + period_s);
-        let from_s = from_s.unwrap_or(0.0);
-        // A window must have some width to be drawn.
-        let to_s = to_s.unwrap_or(end_s).max(from_s + period_s);
-        Self {
-            facts,
-            records,
-            times,
-            window: [from_s, to_s],
+        Ok(Self {
+            path: reader.path().to_path_buf(),
+            damage: reader.damage().to_vec(),
+            ..collector.finish()
+        })
+    }
+
+    /// Run of these records.
+    pub fn of_records(facts: &RunFacts, records: &[Record]) -> Self {
+        let mut collector = Collector::new(facts, [None; 2]);
+        for record in records {
+            collector.record(record);
         }
+        collector.finish()
+    }
+
+    /// Name of its control: that of a whole set-up, or the controller.
+    pub(super) fn control(&self) -> String {
+        labels::control(&self.settings).map_or_else(
+            || {
+                let kind = params::get(&self.settings, "controller.kind");
+                kind.map_or_else(String::new, |kind| params::to_text(&kind))
+            },
+            str::to_owned,
+        )
+    }
+
+    /// Time of an event in s after time zero; none if it did not occur.
+    pub fn time_of(&self, event: Align) -> Option<f64> {
+        let event_s = self.times.event_s(event);
+        event_s.map(|event_s| event_s - self.origin_s)
+    }
+
+    /// The run with its time zero at `zero_s`.
+    #[must_use]
+    pub fn shifted(mut self, zero_s: f64) -> Self {
+        for tick in &mut self.ticks {
+            tick.time_s -= zero_s;
+        }
+        for mark in &mut self.marks {
+            mark.time_s -= zero_s;
+        }
+        for interval in &mut self.intervals {
+            interval.start_s -= zero_s;
+            interval.end_s -= zero_s;
+        }
+        self.window = self.window.map(|end_s| end_s - zero_s);
+        self.covered_s = self.covered_s.map(|ends| ends.map(|end_s| end_s - zero_s));
+        self.origin_s += zero_s;
+        self
+    }
+
+    /// Period of the ticks in s, by the settings in force.
+    pub(super) fn period_s(&self) -> f64 {
+        f64::from(self.facts.period_us) * 1e-6
     }
 
     /// The time axis.
@@ -72,48 +163,28 @@ impl<'a> Run<'a> {
         Axis::linear(low, high)
     }
 
-    /// Records in the window.
-    pub(super) fn shown(&self) -> &'a [Record] {
-        let (from, to) = self.index_range();
-        &self.records[from..to]
+    /// Records of the visible ticks.
+    pub(super) fn records(&self) -> impl Iterator<Item = &Record> {
+        self.ticks.iter().map(|tick| &tick.record)
     }
 
-    fn index_range(&self) -> (usize, usize) {
-        let [from_s, to_s] = self.window;
-        let from = self.times.partition_point(|time| *time < from_s);
-        let to = self.times.partition_point(|time| *time <= to_s);
-        (from.min(to), to)
-    }
-
-    /// A quantity over time in s of each tick in the window, with NaN between ticks that
-    /// are not consecutive.
+    /// A quantity over time in s, with NaN where ticks are missing.
     pub(super) fn over_time(
         &self,
         quantity: impl Fn(&Record) -> f64,
     ) -> impl Iterator<Item = (f64, f64)> {
-        let (from, to) = self.index_range();
-        (from..to).flat_map(move |at| {
-            let record = &self.records[at];
-            let gap = at > from && !follows(&self.records[at - 1], record);
-            let gap = gap.then_some((self.times[at], f64::NAN));
-            gap.into_iter().chain([(self.times[at], quantity(record))])
+        self.ticks.iter().flat_map(move |tick| {
+            let gap = (!tick.follows).then_some((tick.time_s, f64::NAN));
+            gap.into_iter()
+                .chain([(tick.time_s, quantity(&tick.record))])
         })
     }
 
     /// The setpoints that are shown.
-    pub(super) fn setpoint_intervals(&self) -> Vec<SetpointInterval> {
-        let [shown_from, shown_to] = self.window;
-        let period_s = f64::from(self.facts.period_us) * 1e-6;
-        let intervals = segments(self.records).into_iter().filter_map(|segment| {
-            let from_s = self.times[segment.ticks.start];
-            let to_s = self.times[segment.ticks.end - 1] + period_s;
-            (to_s > shown_from && from_s < shown_to).then(|| SetpointInterval {
-                from_s,
-                to_s,
-                joints: SegmentSummary::evaluate(self.records, &segment, self.facts).joints,
-            })
-        });
-        intervals.collect()
+    pub(super) fn setpoint_intervals(&self) -> impl Iterator<Item = &SegmentSummary> {
+        let [from_s, to_s] = self.window;
+        let intervals = self.intervals.iter();
+        intervals.filter(move |interval| interval.end_s > from_s && interval.start_s < to_s)
     }
 
     /// Angle by the encoder in rad; NaN if the sample is missing.
@@ -124,101 +195,15 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// Value of a quantity at a time in s: that of the latest tick before it.
+    pub(super) fn value_at(&self, time_s: f64, quantity: impl Fn(&Record) -> f64) -> f64 {
+        let next = self.ticks.partition_point(|tick| tick.time_s <= time_s);
+        let tick = next.checked_sub(1).map(|at| &self.ticks[at]);
+        tick.map_or(f64::NAN, |tick| quantity(&tick.record))
+    }
+
     /// Whether records are missing in the window.
     pub(super) fn has_gaps(&self) -> bool {
-        self.shown()
-            .windows(2)
-            .any(|two| !follows(&two[0], &two[1]))
-    }
-
-    /// Shades intervals without records.
-    pub(super) fn draw_gaps(&self, drawing: &mut Drawing, panel: &Panel) {
-        let (from, to) = self.index_range();
-        let mut marked = f64::NEG_INFINITY;
-        for at in from + 1..to {
-            if follows(&self.records[at - 1], &self.records[at]) {
-                continue;
-            }
-            let (left, top) = panel.at(self.times[at - 1], panel.y.high);
-            let (right, bottom) = panel.at(self.times[at], panel.y.low);
-            // A gap within the previous mark is not visible.
-            if right < marked + GAP_PX {
-                continue;
-            }
-            marked = right.max(left + GAP_PX);
-            let mark = Rect {
-                x: left,
-                y: top,
-                w: marked - left,
-                h: bottom - top,
-            };
-            drawing.rect(mark, GAP, 1.0);
-        }
-    }
-
-    /// Shades the time spent in faults and names each.
-    pub(super) fn draw_faults(&self, drawing: &mut Drawing, panel: &Panel) {
-        let (from, to) = self.index_range();
-        let mut at = from;
-        let mut free = panel.frame.x;
-        let alike =
-            |a: &Record, b: &Record| enum_names::fault_of(a.mode) == enum_names::fault_of(b.mode);
-        for chunk in self.records[from..to].chunk_by(alike) {
-            let span = [self.times[at], self.times[at + chunk.len() - 1]];
-            at += chunk.len();
-            if let Some(fault) = enum_names::fault_of(chunk[0].mode) {
-                let text = format!("fault: {}", enum_names::fault(fault));
-                draw_fault(drawing, panel, span, &text, &mut free);
-            }
-        }
+        self.ticks.iter().skip(1).any(|tick| !tick.follows)
     }
 }
-
-/// Whether two records are those of consecutive ticks.
-fn follows(before: &Record, after: &Record) -> bool {
-    after.tick == before.tick.wrapping_add(1)
-}
-
-/// Draws one fault; `free` is the left end of the space without text.
-fn draw_fault(
-    drawing: &mut Drawing,
-    panel: &Panel,
-    [from, to]: [f64; 2],
-    text: &str,
-    free: &mut f64,
-) {
-    panel.area(
-        drawing,
-        (from, panel.y.low),
-        (to, panel.y.high),
-        ALARM,
-        0.08,
-    );
-    let font = Font {
-        size: 11.5,
-        bold: true,
-        colour: ALARM,
-        anchor: Anchor::Start,
-    };
-    let (x, bottom) = panel.at(from, panel.y.low);
-    let x = x.max(panel.frame.x);
-    drawing.line((x, panel.frame.y), (x, bottom), Stroke::solid(ALARM, 1.2));
-    let width = font.width(text);
-    // Right of the line if there is room, else left.
-    let mut left = x + 7.0;
-    if left + width > panel.frame.right() {
-        left = x - 7.0 - width;
-    }
-    if left >= *free {
-        drawing.note((left, panel.frame.y + 34.0), text, font);
-        *free = left + width + 7.0;
-    }
-}
-
-/// Font of small grey notes inside a panel.
-pub(super) const NOTE: Font = Font {
-    size: 11.0,
-    bold: false,
-    colour: MUTED,
-    anchor: Anchor::Start,
-};

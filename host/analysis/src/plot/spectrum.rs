@@ -3,27 +3,29 @@
 //! The innovation is the sample minus the estimate of the previous tick, extrapolated at
 //! its speed; a missing sample has none. Only ticks in which the arm is driven count.
 
+use armbridge_log::run_info::RunFacts;
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::Record;
+use armbridge_shared::link::message::{Record, Sample};
 
 use super::axis::{Axis, Scale};
 use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use super::figure;
+use super::marks::NOTE;
 use super::panel::{JOINT, Key, MUTED, Panel};
-use super::run::{NOTE, Run};
-use super::welch::{self, Spectrum};
+use super::run::Run;
+use super::welch::{Spectrum, Welch};
 
 /// Number of decades shown below the largest power.
 const DECADES: f64 = 8.0;
 
 /// A signal of each joint, computed from a tick and the previous one.
-struct Signal {
+pub(super) struct Signal {
     title: &'static str,
     axis_title: &'static str,
-    of: fn(&Run, &Record, &Record, usize) -> f64,
+    of: fn(&RunFacts, &Record, &Record, usize) -> f64,
 }
 
-const SIGNALS: [Signal; 3] = [
+pub(super) const SIGNALS: [Signal; 3] = [
     Signal {
         title: "Angle error: estimate minus reference",
         axis_title: "mrad²/Hz",
@@ -37,59 +39,96 @@ const SIGNALS: [Signal; 3] = [
     Signal {
         title: "Innovation: sample minus the estimate before, carried on",
         axis_title: "mrad²/Hz",
-        of: |run, before, r, j| {
-            let period_s = f64::from(run.facts.period_us) * 1e-6;
+        of: |facts, before, r, j| {
+            let period_s = f64::from(facts.period_us) * 1e-6;
             let carried =
                 f64::from(before.angle_rad[j]) + period_s * f64::from(before.speed_rad_s[j]);
-            let innovation = 1e3 * (run.measured_rad(r, j) - carried);
-            // The estimator continues with its prediction.
-            if innovation.is_nan() { 0.0 } else { innovation }
+            match r.samples[j] {
+                Sample::Counts(count) => 1e3 * (facts.angle_rad(j, count) - carried),
+                // The estimator continues with its prediction.
+                Sample::Missing(_) => 0.0,
+            }
         },
     },
 ];
 
+/// Spectra of the [`SIGNALS`] of each joint, tick by tick.
+#[derive(Debug)]
+pub(super) struct Welches(Vec<[Welch; JOINTS]>);
+
+impl Default for Welches {
+    fn default() -> Self {
+        Self(SIGNALS.iter().map(|_| Default::default()).collect())
+    }
+}
+
+impl Welches {
+    /// Adds a tick; `before` is the previous one, unless ticks are missing between them.
+    pub(super) fn add(&mut self, before: Option<&Record>, record: &Record, facts: &RunFacts) {
+        let is_driven = |record: &&Record| record.mode.drive().is_some();
+        let before = before.filter(is_driven).filter(|_| is_driven(&record));
+        for (signal, welches) in SIGNALS.iter().zip(&mut self.0) {
+            for (joint, welch) in welches.iter_mut().enumerate() {
+                let value = before.map(|before| (signal.of)(facts, before, record, joint));
+                match value.filter(|value| value.is_finite()) {
+                    Some(value) => welch.add(value),
+                    None => welch.gap(),
+                }
+            }
+        }
+    }
+
+    /// Spectra of ticks at `rate_hz`.
+    pub(super) fn finish(&self, rate_hz: f64) -> Vec<[Option<Spectrum>; JOINTS]> {
+        let of_joint = |welch: &Welch| welch.spectrum(rate_hz);
+        self.0
+            .iter()
+            .map(|joints| joints.each_ref().map(of_joint))
+            .collect()
+    }
+}
+
 pub(super) fn draw(run: &Run) -> Drawing {
-    let mut drawing = figure(860.0, "Power spectral density", run.facts);
-    let rate_hz = 1e6 / f64::from(run.facts.period_us);
-    for (row, signal) in SIGNALS.iter().enumerate() {
+    let mut drawing = figure(860.0, "Power spectral density", &run.facts);
+    let rate_hz = 1.0 / run.period_s();
+    for (row, (signal, spectra)) in SIGNALS.iter().zip(&run.spectra).enumerate() {
         let frame = Rect::row(78.0 + 252.0 * row as f64, 206.0);
-        let spectra: Vec<_> = (0..JOINTS)
-            .map(|joint| welch::spectrum(&pieces(run, signal, joint), rate_hz))
-            .collect();
         let last = row + 1 == SIGNALS.len();
-        draw_signal(&mut drawing, frame, signal, &spectra, last, rate_hz);
+        let curves: Vec<_> = JOINT
+            .into_iter()
+            .zip(spectra)
+            .map(|(colour, spectrum)| (Stroke::solid(colour, 1.3), spectrum.as_ref()))
+            .collect();
+        let panel = draw_panel(
+            &mut drawing,
+            frame,
+            signal.title,
+            signal,
+            &curves,
+            last,
+            rate_hz,
+        );
+        let names = ["joint 1", "joint 2"];
+        let keys = curves.iter().map(|(stroke, _)| Key::Line(*stroke));
+        panel.legend(&mut drawing, &keys.zip(names).collect::<Vec<_>>());
+        note(&mut drawing, &panel, spectra);
     }
     drawing
 }
 
-/// Pieces of a signal from consecutive ticks in which the arm is driven.
-fn pieces(run: &Run, signal: &Signal, joint: usize) -> Vec<Vec<f64>> {
-    let mut pieces = vec![Vec::new()];
-    for two in run.shown().windows(2) {
-        let [before, record] = [&two[0], &two[1]];
-        let is_driven = before.mode.drive().is_some() && record.mode.drive().is_some();
-        let value = (signal.of)(run, before, record, joint);
-        let follows = record.tick == before.tick.wrapping_add(1);
-        match pieces.last_mut() {
-            Some(piece) if is_driven && follows && value.is_finite() => piece.push(value),
-            Some(piece) if piece.is_empty() => {}
-            _ => pieces.push(Vec::new()),
-        }
-    }
-    pieces
-}
-
-fn draw_signal(
+/// Draws spectra of a signal in a panel.
+pub(super) fn draw_panel(
     drawing: &mut Drawing,
     frame: Rect,
+    title: &str,
     signal: &Signal,
-    spectra: &[Option<Spectrum>],
+    curves: &[(Stroke, Option<&Spectrum>)],
     last: bool,
     rate_hz: f64,
-) {
+) -> Panel {
+    let spectra = || curves.iter().filter_map(|(_, spectrum)| *spectrum);
     let powers = || {
-        let spectra = spectra.iter().flatten();
-        let densities = spectra.flat_map(|spectrum| spectrum.density.iter().map(|(_, d)| *d));
+        let densities = spectra().flat_map(|spectrum| spectrum.density.iter().map(|(_, d)| *d));
         densities.filter(|density| *density > 0.0)
     };
     let highest = powers().fold(f64::MIN_POSITIVE, f64::max);
@@ -101,7 +140,7 @@ fn draw_signal(
         1.0
     };
     let low = decade(lowest.max(high * decade(-DECADES)).log10().floor());
-    let first_hz = spectra.iter().flatten().map(|s| s.density[0].0);
+    let first_hz = spectra().map(|s| s.density[0].0);
     let panel = Panel {
         frame,
         x: Axis {
@@ -116,16 +155,12 @@ fn draw_signal(
         },
     };
     let x_title = last.then_some("frequency (Hz)");
-    panel.draw(drawing, signal.title, x_title, Some(signal.axis_title));
-    let strokes = JOINT.map(|colour| Stroke::solid(colour, 1.3));
-    for (spectrum, stroke) in spectra.iter().zip(strokes) {
+    panel.draw(drawing, title, x_title, Some(signal.axis_title));
+    for (stroke, spectrum) in curves {
         let points = spectrum.iter().flat_map(|spectrum| &spectrum.density);
-        panel.curve(drawing, points.copied(), stroke);
+        panel.curve(drawing, points.copied(), *stroke);
     }
-    let names = ["joint 1", "joint 2"];
-    let legend: Vec<_> = strokes.map(Key::Line).into_iter().zip(names).collect();
-    panel.legend(drawing, &legend);
-    note(drawing, &panel, spectra);
+    panel
 }
 
 /// Draws a note on the windows that the curves average.

@@ -4,14 +4,15 @@
 //! are on a logarithmic axis, so that one tick in ten thousand is visible.
 
 use armbridge_client::enum_names;
-use armbridge_log::summary::Spread;
+use armbridge_log::summary::{Counts, Spread};
 use armbridge_shared::link::message::Record;
 
 use super::axis::{Axis, Scale};
 use super::drawing::{Anchor, Drawing, Font, Rect};
+use super::marks::NOTE;
 use super::panel::{INK, Key, LIMIT, Panel};
 use super::run::Run;
-use super::{WIDTH, figure};
+use super::{WIDTH, figure, marks};
 
 /// Colours of curves that belong to no joint.
 const DOT: &str = "#4b6478";
@@ -21,11 +22,11 @@ const BAR: &str = "#8aa3b5";
 const BIN_PX: f64 = 4.0;
 
 /// A quantity of the figure.
-struct Quantity {
+pub(super) struct Quantity {
     title: &'static str,
     axis_title: &'static str,
     /// Value in the record's own unit; none if it is missing.
-    of: fn(&Record) -> Option<u32>,
+    pub(super) of: fn(&Record) -> Option<u32>,
     /// µs of that unit.
     us: f64,
     /// Axis for the lowest and highest value and the period in µs.
@@ -34,7 +35,7 @@ struct Quantity {
     within_period: bool,
 }
 
-const QUANTITIES: [Quantity; 3] = [
+pub(super) const QUANTITIES: [Quantity; 3] = [
     Quantity {
         title: "Tick start, actual minus planned",
         axis_title: "late by (µs)",
@@ -69,27 +70,53 @@ const QUANTITIES: [Quantity; 3] = [
 ];
 
 pub(super) fn draw(run: &Run) -> Drawing {
-    let mut drawing = figure(760.0, "Tick timing", run.facts);
-    for (row, quantity) in QUANTITIES.iter().enumerate() {
-        let y = 78.0 + 220.0 * row as f64;
+    let quantities = QUANTITIES.iter().zip(&run.timing);
+    // A simulated board takes no time to compute: a panel without data says less than a note.
+    let mut measured: Vec<_> = quantities
+        .filter(|(_, counts)| !counts.is_empty())
+        .collect();
+    if measured.is_empty() {
+        measured.extend(QUANTITIES.iter().zip(&run.timing).take(1));
+    }
+    let rows = measured.len();
+    let mut drawing = figure(100.0 + 220.0 * rows as f64, "Tick timing", &run.facts);
+    for (row, (quantity, counts)) in measured.into_iter().enumerate() {
         let frame = Rect {
             x: 84.0,
-            y,
+            y: 78.0 + 220.0 * row as f64,
             w: 690.0,
             h: 172.0,
         };
-        let last = row + 1 == QUANTITIES.len();
-        draw_quantity(&mut drawing, frame, quantity, last, run);
+        draw_quantity(&mut drawing, frame, quantity, counts, row + 1 == rows, run);
+    }
+    if run.timing.last().is_some_and(Counts::is_empty) {
+        let bottom = drawing.height - 12.0;
+        drawing.text(
+            (84.0, bottom),
+            "Compute time: not measured in this run.",
+            NOTE,
+            false,
+        );
     }
     drawing
 }
 
-fn draw_quantity(drawing: &mut Drawing, frame: Rect, quantity: &Quantity, last: bool, run: &Run) {
+fn draw_quantity(
+    drawing: &mut Drawing,
+    frame: Rect,
+    quantity: &Quantity,
+    counts: &Counts,
+    last: bool,
+    run: &Run,
+) {
     let period_us = f64::from(run.facts.period_us);
-    let values: Vec<u32> = run.shown().iter().filter_map(quantity.of).collect();
     let in_us = |value: u32| f64::from(value) * quantity.us;
-    let lowest = values.iter().min().map_or(f64::NAN, |&value| in_us(value));
-    let highest = values.iter().max().map_or(f64::NAN, |&value| in_us(value));
+    let lowest = counts
+        .iter()
+        .next()
+        .map_or(f64::NAN, |(value, _)| in_us(value));
+    let highest = counts.iter().next_back();
+    let highest = highest.map_or(f64::NAN, |(value, _)| in_us(value));
     let y = (quantity.axis)(lowest, highest, period_us);
     let panel = Panel {
         frame,
@@ -102,23 +129,18 @@ fn draw_quantity(drawing: &mut Drawing, frame: Rect, quantity: &Quantity, last: 
         last.then_some("time (s)"),
         Some(quantity.axis_title),
     );
-    run.draw_gaps(drawing, &panel);
+    marks::draw_gaps(drawing, &panel, run);
     if quantity.within_period {
         panel.level(drawing, period_us, LIMIT);
         panel.legend(drawing, &[(Key::Line(LIMIT), "period")]);
     }
     let points = run.over_time(|r| (quantity.of)(r).map_or(f64::NAN, in_us));
     panel.dots(drawing, points.filter(|(_, value)| value.is_finite()), DOT);
-    run.draw_faults(drawing, &panel);
-    draw_histogram(
-        drawing,
-        &panel,
-        values.iter().copied().map(in_us),
-        run.shown().len(),
-        last,
-    );
+    marks::draw_faults(drawing, &panel, run);
+    let values = counts.iter().map(|(value, count)| (in_us(value), count));
+    draw_histogram(drawing, &panel, values, run.shown, last);
 
-    let remark = match (values.is_empty(), highest == 0.0) {
+    let remark = match (counts.is_empty(), highest == 0.0) {
         (true, _) => "not measured",
         (false, true) => "0 µs in every tick",
         (false, false) => "",
@@ -135,8 +157,8 @@ fn draw_quantity(drawing: &mut Drawing, frame: Rect, quantity: &Quantity, last: 
         font,
         false,
     );
-    if !values.is_empty() {
-        draw_spread(drawing, &panel, Spread::from_values(values), quantity.us);
+    if !counts.is_empty() {
+        draw_spread(drawing, &panel, counts.spread(), quantity.us);
     }
 }
 
@@ -158,19 +180,19 @@ fn whole_decades(lowest: f64, highest: f64) -> Axis {
     }
 }
 
-/// Draws a histogram beside the panel, on its axis; `ticks` is the largest possible count.
+/// Draws a histogram of values with their counts beside the panel, on its axis; `ticks` is the largest possible count.
 fn draw_histogram(
     drawing: &mut Drawing,
     beside: &Panel,
-    values: impl Iterator<Item = f64>,
-    ticks: usize,
+    values: impl Iterator<Item = (f64, u64)>,
+    ticks: u64,
     last: bool,
 ) {
     let bins = (beside.frame.h / BIN_PX) as usize;
-    let mut counts = vec![0u32; bins];
-    for value in values {
+    let mut counts = vec![0_u64; bins];
+    for (value, count) in values {
         let position = beside.y.position(value).clamp(0.0, 1.0);
-        counts[((position * bins as f64) as usize).min(bins - 1)] += 1;
+        counts[((position * bins as f64) as usize).min(bins - 1)] += count;
     }
     let left = beside.frame.right() + 30.0;
     let high = (ticks as f64 * 1.3).max(10.0);
@@ -189,7 +211,7 @@ fn draw_histogram(
     };
     panel.draw(drawing, "", last.then_some("ticks"), None);
     for (bin, &count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
-        let (right, _) = panel.at(f64::from(count), panel.y.low);
+        let (right, _) = panel.at(count as f64, panel.y.low);
         let y = panel.frame.bottom() - (bin + 1) as f64 * BIN_PX;
         let bar = Rect {
             x: left,

@@ -1,88 +1,80 @@
-//! `torque`: torque and PWM sent to the servos, and their limits.
+//! `torque`: torque decided and torque sent to each servo, with the servos' limits.
+//!
+//! The servo receives a PWM value. Its torque, by the joint's calibration, is that decided in
+//! the tick before, plus what is added against friction, limited and rounded to counts; the
+//! axis on the right has the values themselves.
 
-use armbridge_log::run_info::{PWM_MAX, PWM_OFF};
+use armbridge_log::run_info::PWM_MAX;
+use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::Pwm;
 
 use super::axis::Axis;
-use super::drawing::{Drawing, Rect, Stroke};
-use super::figure;
-use super::panel::{JOINT, Key, LIMIT, Panel};
+use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
+use super::panel::{FRAME, JOINT, JOINT_TINT, Key, LABEL, LIMIT, Panel};
 use super::run::Run;
+use super::{figure, marks};
 
-/// Stroke of the PWM of a servo that is off.
-const OFF: Stroke = Stroke {
-    colour: super::panel::FRAME,
-    width: 1.2,
-    dash: &[],
-};
+/// PWM values on the axis.
+const PWM_TICKS: [u16; 5] = [0, 500, 1000, 1500, PWM_MAX];
 
 pub(super) fn draw(run: &Run) -> Drawing {
-    let facts = run.facts;
-    let mut drawing = figure(640.0, "Joint torque and PWM", facts);
-    let pwm = Axis::linear(-0.05 * f64::from(PWM_MAX), 1.05 * f64::from(PWM_MAX));
+    let mut drawing = figure(640.0, "Joint torque", &run.facts);
+    let limits = run.facts.torque_limits_nm;
     // Both joints on one scale, so that they can be compared.
-    let torque = Axis::around(facts.torque_limits_nm.into_iter().flatten(), 0.05);
-    let x = run.time_axis();
-    for (joint, colour) in JOINT.into_iter().enumerate() {
-        let left = 84.0 + 478.0 * joint as f64;
-        let first = joint == 0;
-        let line = Stroke::solid(colour, 1.3);
-
+    let y = Axis::around(limits.into_iter().flatten(), 0.05);
+    for joint in 0..JOINTS {
         let frame = Rect {
-            x: left,
-            y: 78.0,
-            w: 454.0,
-            h: 224.0,
+            w: 872.0,
+            ..Rect::row(78.0 + 270.0 * joint as f64, 224.0)
         };
         let panel = Panel {
             frame,
-            x,
-            y: torque,
+            x: run.time_axis(),
+            y,
         };
-        let title = format!("Joint {}: torque", joint + 1);
-        panel.draw(&mut drawing, &title, None, first.then_some("torque (N m)"));
-        run.draw_gaps(&mut drawing, &panel);
-        panel.level(&mut drawing, 0.0, OFF);
-        for limit in facts.torque_limits_nm[joint] {
+        let x_title = (joint + 1 == JOINTS).then_some("time (s)");
+        let title = format!("Joint {}", joint + 1);
+        panel.draw(&mut drawing, &title, x_title, Some("torque (N m)"));
+        draw_pwm_axis(&mut drawing, &panel, run, joint);
+        marks::draw(&mut drawing, &panel, run, joint);
+        panel.level(&mut drawing, 0.0, Stroke::solid(FRAME, 1.2));
+        for limit in limits[joint] {
             panel.level(&mut drawing, limit, LIMIT);
         }
-        panel.curve(
-            &mut drawing,
-            run.over_time(|r| f64::from(r.torque_nm[joint])),
-            line,
-        );
-        run.draw_faults(&mut drawing, &panel);
-        panel.legend(
-            &mut drawing,
-            &[
-                (Key::Line(line), "decided"),
-                (Key::Line(LIMIT), "saturation"),
-            ],
-        );
-
-        let frame = Rect { y: 348.0, ..frame };
-        let panel = Panel { frame, x, y: pwm };
-        let title = format!("Joint {}: PWM", joint + 1);
-        panel.draw(
-            &mut drawing,
-            &title,
-            Some("time (s)"),
-            first.then_some("PWM (counts)"),
-        );
-        run.draw_gaps(&mut drawing, &panel);
-        panel.level(&mut drawing, f64::from(PWM_OFF), OFF);
-        for limit in [0.0, f64::from(PWM_MAX)] {
-            panel.level(&mut drawing, limit, LIMIT);
-        }
-        panel.curve(
-            &mut drawing,
-            run.over_time(|r| f64::from(r.pwm_in_force[joint])),
-            line,
-        );
-        run.draw_faults(&mut drawing, &panel);
-        panel.legend(
-            &mut drawing,
-            &[(Key::Line(line), "in force"), (Key::Line(OFF), "off")],
-        );
+        let sent = Stroke::solid(JOINT_TINT[joint], 1.6);
+        let decided = Stroke::solid(JOINT[joint], 1.3);
+        let torque = run.over_time(|r| torque_nm(run, joint, r.pwm_in_force[joint]));
+        panel.curve(&mut drawing, torque, sent);
+        let torque = run.over_time(|r| f64::from(r.torque_nm[joint]));
+        panel.curve(&mut drawing, torque, decided);
+        let legend = [
+            (Key::Line(decided), "decided by the controller"),
+            (Key::Line(sent), "sent, with friction feed-forward"),
+            (Key::Line(LIMIT), "saturation"),
+        ];
+        panel.legend(&mut drawing, &legend);
     }
     drawing
+}
+
+/// Torque in N m of a PWM value, by the calibration of the joint.
+fn torque_nm(run: &Run, joint: usize, pwm: u16) -> f64 {
+    let torque_nm = |pwm| f64::from(run.facts.setup.joints[joint].torque(pwm));
+    Pwm::new(pwm).map_or(f64::NAN, torque_nm)
+}
+
+/// Draws the PWM values that have the torques of the panel's axis.
+fn draw_pwm_axis(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
+    let right = panel.frame.right();
+    let font = Font {
+        anchor: Anchor::Start,
+        ..LABEL
+    };
+    for pwm in PWM_TICKS {
+        let (_, y) = panel.at(panel.x.high, torque_nm(run, joint, pwm));
+        drawing.line((right, y), (right + 4.0, y), Stroke::solid(FRAME, 1.0));
+        drawing.text((right + 8.0, y + 4.0), &pwm.to_string(), font, false);
+    }
+    let middle = panel.frame.y + panel.frame.h / 2.0;
+    drawing.text((right + 58.0, middle), "PWM (counts)", LABEL, true);
 }

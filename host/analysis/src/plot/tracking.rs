@@ -1,17 +1,18 @@
 //! `tracking`: error of each joint against its reference.
 //!
-//! The upper panel shows the full error; the lower one enlarges small errors, with the band
-//! in which a joint counts as settled and a mark where it settles.
+//! Where an error is large at times, such as after a step of the setpoint, a second panel
+//! enlarges the small errors. The results of each setpoint are in a strip above the curve.
 
-use armbridge_log::summary::{JointSummary, SETTLED_RAD};
+use armbridge_log::summary::{JointSummary, SETTLED_RAD, SegmentSummary};
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::Record;
 
 use super::axis::Axis;
 use super::drawing::{Drawing, Rect, Stroke};
-use super::figure;
+use super::marks::NOTE;
 use super::panel::{GAP, GOOD, JOINT, Key, Panel};
-use super::run::{NOTE, Run, SetpointInterval};
+use super::reduce::error_rad;
+use super::run::Run;
+use super::{figure, marks};
 
 /// Half the enlarged axis in units of the band, if the error at rest is within it.
 const ENLARGED: f64 = 1.6;
@@ -19,120 +20,133 @@ const ENLARGED: f64 = 1.6;
 /// Largest error at rest in mrad that extends the enlarged axis.
 const MAX_REST_MRAD: f64 = 80.0;
 
+/// Smallest factor by which the enlarged axis magnifies; with less, one panel shows all.
+const MAGNIFIED: f64 = 2.0;
+
 /// Smallest distance in px of the settling marks.
 const SPACING_PX: f64 = 12.0;
 
+/// Height in px of the strip with the results.
+const STRIP_PX: f64 = 18.0;
+
 /// Stroke of zero.
-const ZERO: Stroke = Stroke {
+pub(super) const ZERO: Stroke = Stroke {
     colour: super::panel::FRAME,
     width: 1.2,
     dash: &[],
 };
 
 pub(super) fn draw(run: &Run) -> Drawing {
-    let mut drawing = figure(860.0, "Tracking error", run.facts);
-    let intervals = run.setpoint_intervals();
-    for joint in 0..JOINTS {
-        let y = 78.0 + 384.0 * joint as f64;
-        let full = Rect::row(y, 120.0);
-        let enlarged = Rect {
-            y: y + 158.0,
-            h: 178.0,
-            ..full
-        };
-        let x = run.time_axis();
-        let all = run.shown().iter().map(|record| error_mrad(record, joint));
-        let around_zero = all.chain([-1.0, 1.0]);
-        let panel = Panel {
-            frame: full,
-            x,
-            y: Axis::around(around_zero, 0.08),
-        };
-        let title = format!("Joint {}: estimate minus reference", joint + 1);
-        panel.draw(&mut drawing, &title, None, Some("error (mrad)"));
-        draw_error(&mut drawing, &panel, run, joint);
-        legend(&mut drawing, &panel, run, joint);
-        run.draw_faults(&mut drawing, &panel);
-
-        let half_mrad = enlarged_mrad(&intervals, joint);
-        let panel = Panel {
-            frame: enlarged,
-            x,
-            // Text is written above.
-            y: Axis::linear(-half_mrad, 1.3 * half_mrad),
-        };
+    let axes: Vec<_> = (0..JOINTS).map(|joint| Axes::new(run, joint)).collect();
+    let is_enlarged = axes.iter().any(|axes| axes.enlarged.is_some());
+    let height = if is_enlarged { 860.0 } else { 640.0 };
+    let mut drawing = figure(height, "Tracking error", &run.facts);
+    let rows = (height - 92.0) / JOINTS as f64;
+    for (joint, axes) in axes.into_iter().enumerate() {
+        let top = 78.0 + rows * joint as f64;
         let last = joint + 1 == JOINTS;
-        let x_title = last.then_some("time (s)");
-        panel.draw(
-            &mut drawing,
-            "the same, enlarged",
-            x_title,
-            Some("error (mrad)"),
-        );
-        draw_error(&mut drawing, &panel, run, joint);
-        draw_intervals(&mut drawing, &panel, &intervals, joint);
+        let title = format!("Joint {}: estimate minus reference", joint + 1);
+        // The strip is above the last panel of the joint.
+        let space = rows - 48.0 - STRIP_PX;
+        let mut panel = Panel {
+            frame: Rect::row(top + STRIP_PX, space),
+            x: run.time_axis(),
+            y: axes.full,
+        };
+        let Some(enlarged) = axes.enlarged else {
+            draw_panel(&mut drawing, &panel, run, joint, &title, last, STRIP_PX);
+            draw_intervals(&mut drawing, &panel, run, joint);
+            continue;
+        };
+        panel.frame = Rect::row(top, 0.4 * (space - 36.0));
+        draw_panel(&mut drawing, &panel, run, joint, &title, false, 0.0);
+        panel.frame = Rect::row(panel.frame.bottom() + 36.0 + STRIP_PX, 0.6 * (space - 36.0));
+        panel.y = enlarged;
+        let title = "the same, enlarged";
+        draw_panel(&mut drawing, &panel, run, joint, title, last, STRIP_PX);
+        draw_intervals(&mut drawing, &panel, run, joint);
     }
     drawing
 }
 
-/// Estimate minus reference in mrad; NaN while the arm is not driven.
-fn error_mrad(record: &Record, joint: usize) -> f64 {
-    if record.mode.drive().is_none() {
-        return f64::NAN;
+/// Axes of a joint.
+struct Axes {
+    /// All of the error.
+    full: Axis,
+    /// The small errors, unless the full axis shows them as well.
+    enlarged: Option<Axis>,
+}
+
+impl Axes {
+    fn new(run: &Run, joint: usize) -> Self {
+        let all = run.records().map(|record| 1e3 * error_rad(record, joint));
+        let full = Axis::around(all.chain([-1.0, 1.0]), 0.08);
+        let half_mrad = enlarged_mrad(run.setpoint_intervals(), joint);
+        let is_larger = full.high - full.low > MAGNIFIED * 2.0 * half_mrad;
+        Self {
+            full,
+            enlarged: is_larger.then(|| Axis::linear(-half_mrad, half_mrad)),
+        }
     }
-    1e3 * (f64::from(record.angle_rad[joint]) - f64::from(record.reference_rad[joint]))
 }
 
 /// Half the enlarged axis in mrad: the band, and every small error at rest.
-fn enlarged_mrad(intervals: &[SetpointInterval], joint: usize) -> f64 {
-    let rests = intervals
-        .iter()
-        .map(|interval| interval.joints[joint].steady_state_error_mrad);
+fn enlarged_mrad<'a>(intervals: impl Iterator<Item = &'a SegmentSummary>, joint: usize) -> f64 {
+    let rests = intervals.map(|interval| interval.joints[joint].steady_state_error_mrad);
     let half_mrad = rests.map(f64::abs).filter(|rest| *rest < MAX_REST_MRAD);
     half_mrad.fold(1e3 * SETTLED_RAD * ENLARGED, |half_mrad, rest| {
         half_mrad.max(1.2 * rest)
     })
 }
 
-fn draw_error(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
-    let band = 1e3 * SETTLED_RAD;
-    let ends = (panel.x.low, panel.x.high);
-    panel.area(drawing, (ends.0, -band), (ends.1, band), GOOD, 0.12);
-    run.draw_gaps(drawing, panel);
-    panel.level(drawing, 0.0, ZERO);
-    let error = run.over_time(|record| error_mrad(record, joint));
-    panel.curve(drawing, error, Stroke::solid(JOINT[joint], 1.4));
-}
-
-fn legend(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
+/// Draws a panel with its title and legend `raised` px above it.
+fn draw_panel(
+    drawing: &mut Drawing,
+    panel: &Panel,
+    run: &Run,
+    joint: usize,
+    title: &str,
+    last: bool,
+    raised: f64,
+) {
+    let x_title = last.then_some("time (s)");
+    panel.draw(drawing, "", x_title, Some("error (mrad)"));
+    let mut above = *panel;
+    above.frame.y -= raised;
+    above.title(drawing, title);
+    let stroke = Stroke::solid(JOINT[joint], 1.4);
     let mut legend = vec![
-        (Key::Line(Stroke::solid(JOINT[joint], 1.4)), "error"),
+        (Key::Line(stroke), "error"),
         (Key::Band(GOOD), "±20 mrad"),
         (Key::Ring(GOOD), "settled"),
     ];
     if run.has_gaps() {
         legend.push((Key::Area(GAP), "no records"));
     }
-    panel.legend(drawing, &legend);
+    above.legend(drawing, &legend);
+
+    let band = 1e3 * SETTLED_RAD;
+    let ends = (panel.x.low, panel.x.high);
+    panel.area(drawing, (ends.0, -band), (ends.1, band), GOOD, 0.12);
+    marks::draw(drawing, panel, run, joint);
+    panel.level(drawing, 0.0, ZERO);
+    let error = run.over_time(|record| 1e3 * error_rad(record, joint));
+    panel.curve(drawing, error, stroke);
 }
 
-/// Draws the settling mark, settling time and error at rest of each setpoint.
-fn draw_intervals(
-    drawing: &mut Drawing,
-    panel: &Panel,
-    intervals: &[SetpointInterval],
-    joint: usize,
-) {
+/// Draws the settling mark of each setpoint, and its settling time and error at rest in the
+/// strip above the panel.
+fn draw_intervals(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
     let (mut free, mut marked) = (panel.frame.x, f64::NEG_INFINITY);
-    for interval in intervals {
+    for interval in run.setpoint_intervals() {
         let JointSummary {
             settling_time_s,
             steady_state_error_mrad: rest_mrad,
             ..
         } = interval.joints[joint];
-        let from = interval.from_s.max(panel.x.low);
-        let to = interval.to_s.min(panel.x.high);
-        let settled = settling_time_s.map(|time| interval.from_s + time);
+        let from = interval.start_s.max(panel.x.low);
+        let to = interval.end_s.min(panel.x.high);
+        let settled = settling_time_s.map(|time| interval.start_s + time);
         if let Some(at) = settled.filter(|at| (panel.x.low..=panel.x.high).contains(at)) {
             let centre = panel.at(at, 0.0);
             // Closer marks would hide the curve.
@@ -146,9 +160,10 @@ fn draw_intervals(
             None => format!("does not settle, {rest_mrad:+.1} mrad off"),
         };
         let words = words.replace('-', "−");
-        let left = panel.at(from, 0.0).0 + 7.0;
-        if left >= free && left + NOTE.width(&words) < panel.at(to, 0.0).0 {
-            drawing.note((left, panel.frame.y + 16.0), &words, NOTE);
+        let left = panel.at(from, 0.0).0.max(panel.frame.x);
+        let right = panel.at(to, 0.0).0;
+        if left >= free && left + NOTE.width(&words) < right {
+            drawing.text((left, panel.frame.y - 6.0), &words, NOTE, false);
             free = left + NOTE.width(&words);
         }
     }

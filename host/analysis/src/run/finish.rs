@@ -8,7 +8,6 @@ use armbridge_log::recorder::Recorder;
 use armbridge_log::summary::{LogSummary, ServoSummary, Summary};
 use armbridge_shared::link::message::PortCounters;
 
-use super::run_stats::DecimatedRecords;
 use super::{BASELINE_LOG, Baseline, RunError, RunHost};
 use crate::plan_runner::{Ending, PlanError};
 use crate::plot;
@@ -125,12 +124,7 @@ impl RunHost {
         summary.remarks.append(&mut stats.conclusions);
         summary.remarks.extend(csv_trouble);
         if files.plots {
-            let DecimatedRecords { records, every, .. } = &stats.plotted;
-            if *every > 1 {
-                let remark = format!("the plots show one tick in {every}");
-                summary.remarks.push(remark);
-            }
-            let drawn = plot::draw_all(folder.path(), &facts, records).map(drop);
+            let drawn = plot::draw_run(&folder.file(files.log)).map(drop);
             let page = write_page(&folder, files.log, &made_by, baseline.as_ref());
             for trouble in [drawn.err().map(|it| it.to_string()), page.err()]
                 .into_iter()

@@ -1,50 +1,55 @@
-//! `armbridge diff`: where two logs differ.
+//! `armbridge diff`: where logs differ.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use armbridge_analysis::run_folder::DEFAULT_BASE;
 use armbridge_client::stdio;
-use armbridge_log::inspect::{Diff, Head, Log};
+use armbridge_log::inspect::Diff;
 use armbridge_log::log_path::find;
 use clap::Args;
 
 use super::Outcome;
+use super::plot::AlignName;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
   armbridge diff runs/before runs/after
-  armbridge diff a.mcap b.mcap --json
+  armbridge diff a.mcap b.mcap c.mcap --align setpoint --json
+
+Each run is compared with the first, at the same times after the event of --align.
+Where periods differ, the ticks of the slower run count: angles and speeds of the
+faster one are interpolated there.
 
 Exit codes: 0 equal, 1 different.";
 
-/// Two logs to compare.
+/// Logs to compare.
 #[derive(Args, Debug)]
 pub(crate) struct DiffArgs {
-    /// Log, or run folder with a run.mcap.
-    #[arg(value_name = "A")]
-    pub(crate) a: PathBuf,
-    /// Log to compare it with.
-    #[arg(value_name = "B")]
-    pub(crate) b: PathBuf,
+    /// Logs, or run folders with a run.mcap; each is compared with the first.
+    #[arg(value_name = "LOG", num_args = 2.., required = true)]
+    pub(crate) logs: Vec<PathBuf>,
+    /// Event at which times are aligned.
+    #[arg(long, value_name = "EVENT", default_value = "drive")]
+    pub(crate) align: AlignName,
     /// Print one JSON object instead of the table.
     #[arg(long)]
     pub(crate) json: bool,
 }
 
 pub(crate) fn run(args: &DiffArgs) -> Outcome {
-    let load = |path: &PathBuf| Log::load(&find(Some(path), Path::new(DEFAULT_BASE))?);
-    let [a, b] = [load(&args.a)?, load(&args.b)?];
-    let diff = Diff::compare(&a, &b);
+    let found = args.logs.iter();
+    let paths: Result<Vec<_>, _> = found
+        .map(|log| find(Some(log), Path::new(DEFAULT_BASE)))
+        .collect();
+    let diff = Diff::read(&paths?, args.align.into())?;
     let text = if args.json {
         serde_json::to_string(&diff)?
     } else {
         diff.table()
     };
-    for Head { path, damage, .. } in [&a.head, &b.head] {
-        for damage in damage {
-            stdio::note(format_args!("{}: {damage}", path.display()));
-        }
+    for damage in &diff.damage {
+        stdio::note(format_args!("{damage}"));
     }
     stdio::print_line(text.trim_end())?;
     Ok(ExitCode::from(u8::from(!diff.is_same())))

@@ -1,17 +1,17 @@
-//! `armbridge plot`: figures of a log, or of two logs over each other.
+//! `armbridge plot`: figures of a log, or of several logs over each other.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use armbridge_analysis::plot;
-use armbridge_analysis::plot::{Figure, Formats};
+use armbridge_analysis::plot::{Figure, Formats, Run};
 use armbridge_analysis::run_folder::DEFAULT_BASE;
 use armbridge_client::stdio;
 use armbridge_client::stdio::Stdout;
-use armbridge_log::inspect::Log;
+use armbridge_log::inspect::diff::DiffError;
 use armbridge_log::log_path::find;
-use armbridge_log::recording::ReadError;
+use armbridge_log::time_origin::Align;
 use clap::{Args, ValueEnum};
 
 use super::Outcome;
@@ -20,20 +20,22 @@ pub(crate) const EXAMPLES: &str = "\
 Examples:
   armbridge plot
   armbridge plot run.mcap --what tracking,spectrum --from 2 --to 6 --format svg
-  armbridge plot --compare before.mcap after.mcap --out compared
+  armbridge plot before.mcap after.mcap third.mcap --align setpoint --out compared
 
-Times are in s after the first tick of the log; compared runs are aligned where the arm
-is first driven.";
+Times are in s after the first armed tick. Several runs are aligned where the arm is first
+driven, or at another event, and drawn over each other as compare-angles and so on.
+A file of the same name and other contents is kept: the new one is angles-2.svg.";
 
-/// A log to draw.
+/// Logs to draw.
 #[derive(Args, Debug)]
 pub(crate) struct PlotArgs {
-    /// Log, or run folder with a run.mcap; by default the newest run.
+    /// Logs, or run folders with a run.mcap; by default the newest run. Several are drawn over
+    /// each other.
     #[arg(value_name = "LOG")]
-    pub(crate) log: Option<PathBuf>,
-    /// Draw two logs over each other, and their difference.
-    #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["log", "what", "from", "to"])]
-    pub(crate) compare: Option<Vec<PathBuf>>,
+    pub(crate) logs: Vec<PathBuf>,
+    /// Event at which the times of several runs are aligned.
+    #[arg(long, value_name = "EVENT", default_value = "drive")]
+    pub(crate) align: AlignName,
     /// Figures to draw.
     #[arg(
         long,
@@ -42,7 +44,7 @@ pub(crate) struct PlotArgs {
         default_value = "all"
     )]
     pub(crate) what: Vec<FigureName>,
-    /// Folder to write to [default: that of the log].
+    /// Folder to write to [default: that of the first log].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Leave out ticks before this time.
@@ -70,6 +72,27 @@ pub(crate) enum Picture {
     Png,
 }
 
+/// Events at which runs are aligned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum AlignName {
+    /// First tick in which the motors are driven.
+    Drive,
+    /// First change of the reference after that.
+    Setpoint,
+    /// First armed tick.
+    Start,
+}
+
+impl From<AlignName> for Align {
+    fn from(name: AlignName) -> Self {
+        match name {
+            AlignName::Drive => Self::Drive,
+            AlignName::Setpoint => Self::Setpoint,
+            AlignName::Start => Self::Start,
+        }
+    }
+}
+
 /// Figures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum FigureName {
@@ -77,14 +100,18 @@ pub(crate) enum FigureName {
     Angles,
     /// Estimate minus reference.
     Tracking,
-    /// Torque and PWM.
+    /// Torque decided and sent.
     Torque,
+    /// Angle of joint 2 over that of joint 1.
+    Path,
     /// Speed over angle.
     Phase,
     /// Start delay and duration of ticks.
     Timing,
     /// Power spectra of error, torque and innovation.
     Spectrum,
+    /// Angles of several runs minus those of the first.
+    Difference,
     /// Every figure.
     All,
 }
@@ -94,28 +121,11 @@ pub(crate) fn run(args: &PlotArgs) -> Outcome {
         svg: args.format.contains(&Picture::Svg),
         png: args.format.contains(&Picture::Png),
     };
-    let files = match args.compare.as_deref() {
-        Some([a, b]) => {
-            let [first, second] = [load(Some(a))?, load(Some(b))?];
-            for log in [&first, &second] {
-                is_driven(log)?;
-            }
-            plot::compare(&folder(args, &first)?, formats, &first, &second)?
-        }
-        Some(_) => return Err("--compare takes two logs".into()),
-        None => {
-            let log = load(args.log.as_deref())?;
-            window(args, &log)?;
-            plot::draw(
-                &folder(args, &log)?,
-                &figures(&args.what),
-                formats,
-                &log.head.facts,
-                &log.records,
-                [args.from, args.to],
-            )?
-        }
-    };
+    let runs = runs(args)?;
+    let files = plot::draw(&folder(args, &runs)?, &figures(&args.what), formats, &runs)?;
+    if files.is_empty() {
+        return Err("timing is a figure of one run, and difference one of several".into());
+    }
     let mut out = Stdout;
     for file in files {
         writeln!(out, "{}", file.display()).map_err(|error| format!("cannot print: {error}"))?;
@@ -123,42 +133,56 @@ pub(crate) fn run(args: &PlotArgs) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-fn load(path: Option<&Path>) -> Result<Log, ReadError> {
-    let log = Log::load(&find(path, Path::new(DEFAULT_BASE))?)?;
-    for damage in &log.head.damage {
-        stdio::note(format_args!("{}: {damage}", log.head.path.display()));
+/// Reads the runs; the times of several are aligned.
+fn runs(args: &PlotArgs) -> Result<Vec<Run>, Box<dyn std::error::Error>> {
+    let base = Path::new(DEFAULT_BASE);
+    if let [] | [_] = args.logs.as_slice() {
+        let path = find(args.logs.first().map(PathBuf::as_path), base)?;
+        return Ok(vec![read(args, &path, 0.0)?]);
     }
-    Ok(log)
+    let mut runs = Vec::new();
+    for log in &args.logs {
+        let path = find(Some(log), base)?;
+        let run = Run::read(&path, [None; 2])?;
+        let event = args.align.into();
+        let zero_s = run.time_of(event);
+        let zero_s = zero_s.ok_or(DiffError::NoEvent { path, event })?;
+        // The window is known once the event is.
+        let run = match (args.from, args.to) {
+            (None, None) => run,
+            _ => read(args, &run.path, zero_s)?,
+        };
+        runs.push(run.shifted(zero_s));
+    }
+    Ok(runs)
 }
 
-/// Checks that a run can be compared with another.
-fn is_driven(log: &Log) -> Result<(), String> {
-    log.driven_from().map(|_| ()).ok_or_else(|| {
-        let path = log.head.path.display();
-        format!(
-            "in {path} the arm is never driven, so it cannot be compared with another run; plot it \
-             by itself"
-        )
-    })
-}
-
-/// Checks that there are ticks between the requested times.
-fn window(args: &PlotArgs, log: &Log) -> Result<(), String> {
-    let path = log.head.path.display();
-    let [first, .., last] = log.records.as_slice() else {
-        return Err(format!(
-            "{path} has no ticks to draw; `armbridge info` shows its contents"
-        ));
+/// Reads a log in the requested window, whose times count from `zero_s`.
+fn read(args: &PlotArgs, path: &Path, zero_s: f64) -> Result<Run, Box<dyn std::error::Error>> {
+    let window_s = [args.from, args.to].map(|end_s| end_s.map(|end_s| end_s + zero_s));
+    let run = if args.logs.len() > 1 {
+        Run::read(path, window_s)?
+    } else {
+        Run::read_with_baseline(path, window_s)?
     };
-    let end_s = last.start_us.saturating_sub(first.start_us) as f64 * 1e-6;
-    let (from, to) = (args.from.unwrap_or(0.0), args.to.unwrap_or(end_s));
-    // After a reset the board's clock begins anew: then any time may be within.
-    if (from < to && to > 0.0 && from < end_s) || last.start_us < first.start_us {
-        return Ok(());
+    let path = path.display();
+    for damage in &run.damage {
+        stdio::note(format_args!("{path}: {damage}"));
     }
-    Err(format!(
-        "nothing lies between --from {from} and --to {to} s: {path} lasts from 0 to {end_s:.3} s"
-    ))
+    let Some([begin_s, end_s]) = run.covered_s else {
+        let why = format!("{path} has no ticks to draw; `armbridge info` shows its contents");
+        return Err(why.into());
+    };
+    let (from, to) = (args.from.unwrap_or(0.0), args.to.unwrap_or(end_s - zero_s));
+    if from < to && from + zero_s <= end_s && to + zero_s >= begin_s {
+        return Ok(run);
+    }
+    let why = format!(
+        "nothing lies between --from {from} and --to {to} s: {path} lasts from {:.3} to {:.3} s",
+        begin_s - zero_s,
+        end_s - zero_s
+    );
+    Err(why.into())
 }
 
 fn figures(names: &[FigureName]) -> Vec<Figure> {
@@ -166,9 +190,11 @@ fn figures(names: &[FigureName]) -> Vec<Figure> {
         FigureName::Angles => vec![Figure::Angles],
         FigureName::Tracking => vec![Figure::Tracking],
         FigureName::Torque => vec![Figure::Torque],
+        FigureName::Path => vec![Figure::Path],
         FigureName::Phase => vec![Figure::Phase],
         FigureName::Timing => vec![Figure::Timing],
         FigureName::Spectrum => vec![Figure::Spectrum],
+        FigureName::Difference => vec![Figure::Difference],
         FigureName::All => Figure::ALL.to_vec(),
     };
     let requested: Vec<Figure> = names.iter().flat_map(figure).collect();
@@ -180,8 +206,9 @@ fn figures(names: &[FigureName]) -> Vec<Figure> {
 }
 
 /// Folder to write to.
-fn folder(args: &PlotArgs, log: &Log) -> Result<PathBuf, String> {
-    let beside = log.head.path.parent().map(Path::to_path_buf);
+fn folder(args: &PlotArgs, runs: &[Run]) -> Result<PathBuf, String> {
+    let beside = runs.first().and_then(|run| run.path.parent());
+    let beside = beside.map(Path::to_path_buf);
     let folder = args.out.clone().or(beside).unwrap_or_default();
     // A log in this folder has none in its name.
     if folder.as_os_str().is_empty() {

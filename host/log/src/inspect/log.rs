@@ -153,12 +153,6 @@ impl Log {
             pushes,
         })
     }
-
-    /// Start of the first drive; none if the arm never was driven.
-    pub fn driven_from(&self) -> Option<usize> {
-        let is_driven = |record: &Record| record.mode.drive().is_some();
-        self.records.iter().position(is_driven)
-    }
 }
 
 impl Head {

@@ -15,7 +15,7 @@ mod tally;
 
 pub use pushes::PushSummary;
 pub use segments::{JointSummary, SETTLED_RAD, STEADY_S, Segment, SegmentSummary, segments};
-pub use spread::Spread;
+pub use spread::{Counts, Spread};
 pub use table::WIDTH;
 pub use tally::Tally;
 

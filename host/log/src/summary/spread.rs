@@ -29,18 +29,26 @@ impl Spread {
 /// Count of each value, for exact results; memory grows with the number of different
 /// values, not with the run.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Counts(BTreeMap<u32, u64>);
+pub struct Counts(BTreeMap<u32, u64>);
 
 impl Counts {
-    pub(super) fn add(&mut self, value: u32) {
+    /// Adds a value.
+    pub fn add(&mut self, value: u32) {
         *self.0.entry(value).or_default() += 1;
     }
 
-    pub(super) fn is_empty(&self) -> bool {
+    /// Each value, in ascending order, with its count.
+    pub fn iter(&self) -> impl DoubleEndedIterator<Item = (u32, u64)> {
+        self.0.iter().map(|(&value, &count)| (value, count))
+    }
+
+    /// Whether there is no value.
+    pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    pub(super) fn spread(&self) -> Spread {
+    /// Distribution of the values.
+    pub fn spread(&self) -> Spread {
         let Some((&max, _)) = self.0.last_key_value() else {
             return Spread::default();
         };

@@ -1,6 +1,8 @@
 //! `info`, `plot`, `export` and `diff`, as a user meets them, on logs from the bench.
 
 mod bench;
+#[cfg(target_os = "linux")]
+mod memory;
 mod program;
 
 use std::path::PathBuf;

@@ -84,7 +84,7 @@ fn a_log_is_told_drawn_and_exported() {
     assert!(csv.starts_with("time_s,tick,mode,"));
 
     let plots = printed(&folder, &["plot", "--format", "svg", "--out", "plots"], 0);
-    assert_eq!(plots.lines().count(), 6, "{plots}");
+    assert_eq!(plots.lines().count(), 7, "{plots}");
     let args = [
         "plot",
         "--what",
@@ -192,41 +192,159 @@ fn the_same_seed_is_the_same_and_another_is_not() {
 
     let seeds = json(&folder, &["diff", "a", "seed", "--json"], 1);
     assert_eq!(seeds["settings"], serde_json::json!([]));
-    assert!(seeds["first_command"].is_null());
+    let other = &seeds["runs"][0];
+    assert!(other["first_command"].is_null());
     // The check of the motors ends within a tick of the other's.
-    let unmatched: Vec<u64> = serde_json::from_value(seeds["unmatched"].clone()).unwrap();
+    let unmatched: Vec<u64> = serde_json::from_value(other["unmatched"].clone()).unwrap();
     assert!(unmatched.iter().all(|count| *count <= 1), "{unmatched:?}");
-    let angle = seeds["quantities"].as_array().unwrap().iter();
-    let angle = angle
-        .clone()
-        .find(|q| q["column"] == "angle_rad_1")
-        .unwrap();
-    let (max, rms) = (
-        angle["max"].as_f64().unwrap(),
-        angle["rms"].as_f64().unwrap(),
-    );
-    assert!(0.0 < rms && rms < max && max < 0.05, "{angle}");
+    let [max, rms] = difference(other, "angle_rad_1");
+    assert!(0.0 < rms && rms < max && max < 0.05, "{other}");
 
-    let text = printed(&folder, &["diff", "a", "stiff"], 1);
+    let text = printed(&folder, &["diff", "a", "stiff", "again"], 1);
     for words in [
         "settings   1 differ",
-        "controller.q",
-        "30.0",
-        "60.0",
+        "  controller.q\n    A  30.0, ",
+        "    B  60.0, ",
+        "B against A",
         "torque_nm_1",
+        "C against A",
+        "outputs    the same in every tick",
     ] {
         assert!(text.contains(words), "no {words:?} in\n{text}");
     }
-    let args = ["plot", "--compare", "a", "stiff", "--out", "both"];
+    let args = ["plot", "a", "seed", "stiff", "--out", "three"];
     let plots = printed(&folder, &args, 0);
-    assert_eq!(plots.lines().count(), 4, "{plots}");
+    let names: Vec<&str> = plots.lines().filter_map(|l| l.rsplit('/').next()).collect();
+    let expected = [
+        "angles",
+        "tracking",
+        "torque",
+        "path",
+        "phase",
+        "spectrum",
+        "difference",
+    ];
+    let expected: Vec<String> = expected
+        .iter()
+        .flat_map(|name| ["svg", "png"].map(|ending| format!("compare-{name}.{ending}")))
+        .collect();
+    assert_eq!(names, expected);
+    let svg = fs::read_to_string(folder.join("three/compare-difference.svg")).unwrap();
+    for words in [
+        "3 runs",
+        "test · simulated: bench · period 1000 µs<",
+        "seed 1 · controller.q 30.0, ",
+        "seed 2 · controller.q 30.0, ",
+        "seed 1 · controller.q 60.0, ",
+        "minus the first: rms ",
+        "time since the runs are aligned (s)",
+    ] {
+        assert!(svg.contains(words), "no {words:?} in\n{}", &svg[..4000]);
+    }
+    printed(&folder, &["plot", "a", "again", "--out", "both"], 0);
+    let svg = fs::read_to_string(folder.join("both/compare-difference.svg")).unwrap();
+    assert!(svg.contains("minus the first: rms 0.0 and 0.0 mrad"));
     let svg = fs::read_to_string(folder.join("both/compare-angles.svg")).unwrap();
-    assert!(svg.contains("B − A (mrad)") && svg.contains("difference: at most"));
-    printed(
-        &folder,
-        &["plot", "--compare", "a", "again", "--out", "both"],
-        0,
+    // Without a difference, the names of the folders.
+    assert!(svg.contains(">a<") && svg.contains(">again<"));
+}
+
+/// Largest and RMS difference of a column.
+fn difference(run: &Value, column: &str) -> [f64; 2] {
+    let quantities = run["quantities"].as_array().unwrap();
+    let quantity = quantities.iter().find(|q| q["column"] == column).unwrap();
+    ["max", "rms"].map(|key| quantity[key].as_f64().unwrap())
+}
+
+#[test]
+fn runs_of_different_periods_are_compared_at_the_same_times() {
+    let folder = folder("periods");
+    for (name, period_us) in [("fast", 1_000), ("slow", 20_000)] {
+        fs::create_dir_all(folder.join(name)).unwrap();
+        let setup = Setup {
+            period_us,
+            ..Setup::best()
+        };
+        let run = Run {
+            setup,
+            ..Run::default()
+        };
+        record(&folder.join(name), run);
+    }
+    for (logs, periods) in [
+        (["fast", "slow"], [1_000, 20_000]),
+        (["slow", "fast"], [20_000, 1_000]),
+    ] {
+        let diff = json(&folder, &["diff", logs[0], logs[1], "--json"], 1);
+        let run = &diff["runs"][0];
+        assert_eq!(run["period_us"], serde_json::json!(periods));
+        // 2 s at 20 ms.
+        let ticks = run["ticks"].as_u64().unwrap();
+        assert!((95..=101).contains(&ticks), "{run}");
+        // By their numbers, ticks differ by up to the 0.25 rad between the setpoints.
+        let [max, rms] = difference(run, "angle_rad_1");
+        assert!(rms < 0.02 && max < 0.1, "{run}");
+    }
+    let text = printed(&folder, &["diff", "slow", "fast"], 1);
+    for words in [
+        "periods 20000 and 1000 us: angles and speeds of B are",
+        "setup.period_us\n    A  20000 us\n    B  1000 us",
+    ] {
+        assert!(text.contains(words), "no {words:?} in\n{text}");
+    }
+    assert!(
+        text.lines().all(|line| line.chars().count() <= 80),
+        "{text}"
     );
-    let svg = fs::read_to_string(folder.join("both/compare-torque.svg")).unwrap();
-    assert_eq!(svg.matches("difference: none").count(), 2);
+
+    let args = ["plot", "fast", "slow", "--out", "both", "--format", "svg"];
+    printed(&folder, &args, 0);
+    let svg = fs::read_to_string(folder.join("both/compare-angles.svg")).unwrap();
+    assert!(svg.contains(">period 1000 µs<") && svg.contains(">period 20000 µs<"));
+}
+
+#[test]
+fn runs_without_the_event_are_not_called_the_same() {
+    let folder = folder("event");
+    for name in ["a", "b"] {
+        fs::create_dir_all(folder.join(name)).unwrap();
+        record(&folder.join(name), Run::default());
+        // The file breaks off before the arm is driven.
+        let path = folder.join(name).join("run.mcap");
+        let bytes = fs::read(&path).unwrap();
+        fs::write(&path, &bytes[..20_000]).unwrap();
+    }
+    for command in ["diff", "plot"] {
+        let output = armbridge(&folder, &[command, "a", "b"]);
+        let line = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{line}");
+        assert!(line.contains("never driven") && line.contains("--align start"));
+    }
+}
+
+#[test]
+fn figures_have_the_period_in_force_and_keep_other_files() {
+    let folder = folder("period");
+    // The scenario sets 45 ms; the board begins with 1 ms.
+    printed(&folder, &["run", "paper-upright"], 0);
+    let run = fs::read_dir(folder.join("runs")).unwrap().next().unwrap();
+    let run = run.unwrap().path();
+    let own = fs::read(run.join("angles.svg")).unwrap();
+    let args = ["plot", "--format", "svg"];
+    let first = printed(&folder, &args, 0);
+    let spectrum = fs::read_to_string(run.join("spectrum.svg")).unwrap();
+    // Half of 22.2 Hz is the highest frequency.
+    assert!(spectrum.contains("period 45000 µs") && spectrum.contains(">10<"));
+    assert!(!spectrum.contains(">20<") && !spectrum.contains(">100<"));
+    // The axis reaches to the period.
+    let timing = fs::read_to_string(run.join("timing.svg")).unwrap();
+    assert!(timing.contains(">40000<"), "{timing}");
+
+    // The run's own pictures are those of its log, and are the same again.
+    assert!(!first.contains("-2.svg"), "{first}");
+    assert_eq!(printed(&folder, &args, 0), first);
+    let args = ["plot", "--format", "svg", "--what", "angles", "--from", "1"];
+    let window = printed(&folder, &args, 0);
+    assert!(window.ends_with("angles-2.svg\n"), "{window}");
+    assert_eq!(fs::read(run.join("angles.svg")).unwrap(), own);
 }

@@ -137,7 +137,7 @@ fn a_design_goes_to_the_board_by_hand_or_by_file() {
         "{stdout}"
     );
 
-    program.says(&with(&["--write", "gains.toml", "--plot", "step.svg"]));
+    program.says(&with(&["--write", "gains.toml", "--plot", "step"]));
     let stdout = program.says(&["params", "--from", "gains.toml"]);
     assert!(stdout.contains("[30.0, 30.0, 0.3, 0.3]"), "{stdout}");
     // It is a configuration, too.
@@ -181,6 +181,7 @@ fn what_cannot_be_designed_is_refused_in_words() {
             "cannot read nowhere.toml",
         ),
         (&["design", "--plot", "no/where.svg"], "no/where"),
+        (&["design", "--plot", "step.bmp"], "name it .svg or .png"),
         (
             &["design", "--q", "1,1,1,1", "--poles", "0.5,0.5,0.5,0.5"],
             "cannot be used with",

@@ -1,32 +1,66 @@
-//! Differences of two runs: settings, commands, and the outputs, tick by tick.
+//! Differences of runs: settings, commands, and the outputs at the same times. Each run is
+//! compared with the first.
 //!
-//! Runs are aligned where the arm is first driven: that is tick
-//! 0, and only common ticks are compared, up to a reset of the board.
-//! Inputs and outputs of the board are compared to the bit. Times and counters are
-//! not: they differ between any two runs.
+//! Times are aligned at an event, by default where the arm is first driven, and ticks are
+//! compared up to a reset of the board; [`mod@pairs`] has which. Inputs and outputs of the board
+//! are compared to the bit. Times and counters are not: they differ between any two runs.
+//!
+//! Each log is read twice, tick by tick: memory does not grow with its length.
 
+mod pairs;
 mod table;
 
+use std::path::{Path, PathBuf};
+
 use armbridge_client::enum_names;
-use armbridge_shared::link::message::{Command, Record};
+use armbridge_client::params;
+use armbridge_shared::link::message::{Command, Record, Settings};
 use serde::Serialize;
 
-use super::log::{Log, SentCommand};
-use super::settings::{Differing, differing};
-use crate::export::column::{QUANTITIES, Quantity, Values};
+pub use pairs::{Pair, Pairs, pairs};
 
-/// Differences of two runs.
+use super::log::{CommandCollector, Head, SentCommand};
+use crate::export::column::{QUANTITIES, Quantity, Values};
+use crate::recording::{ReadError, Reader};
+use crate::time_origin::{Align, RunTimes};
+
+/// Differences of runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Diff {
     /// The logs.
-    pub logs: [String; 2],
-    /// Settings that differ; none if a log has none.
-    pub settings: Option<Vec<Differing>>,
+    pub logs: Vec<String>,
+    /// Event at which their times are aligned, in words.
+    pub aligned: &'static str,
+    /// Settings that differ between any two; none if a log has none.
+    pub settings: Option<Vec<SettingDiff>>,
+    /// Each further run, compared with the first.
+    pub runs: Vec<RunDiff>,
+    /// Damage of the logs, each in one sentence.
+    #[serde(skip)]
+    pub damage: Vec<String>,
+}
+
+/// A setting that differs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SettingDiff {
+    /// Its name.
+    pub key: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Its value in each run; none where it is not in use.
+    pub values: Vec<Option<toml::Value>>,
+}
+
+/// Differences of a run from the first.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RunDiff {
     /// Number of commands of each.
     pub commands: [usize; 2],
     /// The first that differs.
     pub first_command: Option<CommandDiff>,
-    /// Common ticks since the arm was first driven.
+    /// Period of each in µs.
+    pub period_us: [u32; 2],
+    /// Ticks at the same times since the event.
     pub ticks: usize,
     /// Ticks since then that only one of them has.
     pub unmatched: [usize; 2],
@@ -48,8 +82,8 @@ pub struct CommandDiff {
 /// The first tick that differs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TickDiff {
-    /// Ticks since the arm was first driven.
-    pub since_drive: u32,
+    /// Time in s since the event.
+    pub time_s: f64,
     /// Its number in each run.
     pub ticks: [u32; 2],
     /// Columns of an export that differ.
@@ -71,77 +105,190 @@ pub struct QuantityDiff {
     pub ticks: usize,
 }
 
+/// Failure to compare runs.
+#[derive(Debug, thiserror::Error)]
+pub enum DiffError {
+    /// A log cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// A run has no event to be aligned at.
+    #[error(
+        "in {path} {}, so its time cannot be aligned there; --align start takes the first armed \
+         tick", without(*event), path = path.display()
+    )]
+    NoEvent {
+        /// The log.
+        path: PathBuf,
+        /// The event.
+        event: Align,
+    },
+}
+
+/// Why a run has no such event.
+fn without(event: Align) -> &'static str {
+    match event {
+        Align::Drive => "the arm is never driven",
+        Align::Setpoint => "the reference never changes",
+        Align::Start => "there is no tick",
+    }
+}
+
+/// A log, apart from its ticks.
+struct Source {
+    head: Head,
+    commands: Vec<SentCommand>,
+    /// Time of the event in s after the first tick.
+    event_s: f64,
+}
+
+impl Source {
+    fn read(path: &Path, event: Align) -> Result<Self, DiffError> {
+        let (mut commands, mut times) = (CommandCollector::default(), RunTimes::default());
+        let head = Head::read(path, |event| {
+            commands.take(event);
+            if let Some(record) = event.record() {
+                times.add(&record);
+            }
+        })?;
+        let no_event = || DiffError::NoEvent {
+            path: path.to_path_buf(),
+            event,
+        };
+        Ok(Self {
+            event_s: times.event_s(event).ok_or_else(no_event)?,
+            commands: commands.into_commands(),
+            head,
+        })
+    }
+
+    fn settings(&self) -> Option<&Settings> {
+        self.head.settings.as_ref()
+    }
+
+    fn period_us(&self) -> u32 {
+        let settings = self.settings();
+        settings.map_or(self.head.facts.period_us, |s| s.setup.period_us)
+    }
+
+    /// Its ticks with their times in s since the event, up to a reset of the board.
+    fn ticks(&self) -> Result<impl Iterator<Item = (f64, Record)> + use<>, ReadError> {
+        let (mut times, mut last, event_s) = (RunTimes::default(), None, self.event_s);
+        let records = Reader::open(&self.head.path)?.filter_map(|event| event.record());
+        let ticks = records.map(move |record| (times.add(&record), record));
+        let since = ticks.skip_while(move |(time_s, _)| *time_s < event_s);
+        Ok(since
+            .take_while(move |(_, record)| {
+                last.replace(record.tick)
+                    .is_none_or(|last| record.tick > last)
+            })
+            .map(move |(time_s, record)| (time_s - event_s, record)))
+    }
+}
+
 impl Diff {
-    /// Compares two runs.
-    pub fn compare(a: &Log, b: &Log) -> Self {
-        let pairs = pairs(a, b);
-        let driven = [a, b].map(|log| driven(log).len());
+    /// Compares logs, each with the first.
+    ///
+    /// # Errors
+    /// When a log cannot be read, or has no such event.
+    pub fn read(paths: &[PathBuf], event: Align) -> Result<Self, DiffError> {
+        let sources: Result<Vec<_>, _> =
+            paths.iter().map(|path| Source::read(path, event)).collect();
+        let sources = sources?;
+        let mut runs = Vec::new();
+        if let [first, others @ ..] = sources.as_slice() {
+            for other in others {
+                runs.push(RunDiff::new(first, other)?);
+            }
+        }
+        let damage = sources.iter().flat_map(|source| {
+            let path = source.head.path.display();
+            let damage = source.head.damage.iter();
+            damage.map(move |damage| format!("{path}: {damage}"))
+        });
+        Ok(Self {
+            logs: sources
+                .iter()
+                .map(|source| source.head.path.display().to_string())
+                .collect(),
+            aligned: match event {
+                Align::Drive => "where the arm is first driven",
+                Align::Setpoint => "the first change of the reference",
+                Align::Start => "the first armed tick",
+            },
+            settings: setting_differences(&sources),
+            damage: damage.collect(),
+            runs,
+        })
+    }
+
+    /// Whether nothing differs.
+    pub fn is_same(&self) -> bool {
+        let is_same = |run: &RunDiff| {
+            run.first_command.is_none()
+                && run.first_tick.is_none()
+                && run.unmatched == [0, 0]
+                && run.ticks > 0
+        };
+        self.settings.as_ref().is_none_or(Vec::is_empty) && self.runs.iter().all(is_same)
+    }
+}
+
+/// Settings that differ between any two; none if a log has none.
+fn setting_differences(sources: &[Source]) -> Option<Vec<SettingDiff>> {
+    let settings: Option<Vec<_>> = sources.iter().map(Source::settings).collect();
+    let settings = settings?;
+    let all = params::all().iter().map(|parameter| SettingDiff {
+        key: parameter.key,
+        unit: parameter.unit,
+        values: settings
+            .iter()
+            .map(|settings| params::get(settings, parameter.key))
+            .collect(),
+    });
+    let differs = |one: &SettingDiff| one.values.windows(2).any(|two| two[0] != two[1]);
+    Some(all.filter(differs).collect())
+}
+
+impl RunDiff {
+    fn new(a: &Source, b: &Source) -> Result<Self, ReadError> {
+        let period_us = [a, b].map(Source::period_us);
+        let ticks: [Box<dyn Iterator<Item = (f64, Record)>>; 2] =
+            [Box::new(a.ticks()?), Box::new(b.ticks()?)];
+        let mut pairs = pairs(ticks, period_us.map(|us| f64::from(us) * 1e-6));
         let mut sums: Vec<Sum> = columns().map(Sum::new).collect();
-        let mut first_tick = None;
-        for [left, right] in &pairs {
+        let (mut ticks, mut first_tick) = (0, None);
+        for Pair {
+            time_s,
+            records: [left, right],
+            ..
+        } in pairs.by_ref()
+        {
+            ticks += 1;
             let mut columns = Vec::new();
             for sum in &mut sums {
-                if sum.add(left, right) {
+                if sum.add(&left, &right) {
                     columns.push(sum.column);
                 }
             }
             if first_tick.is_none() && !columns.is_empty() {
                 first_tick = Some(TickDiff {
-                    since_drive: left.tick.wrapping_sub(pairs[0][0].tick),
+                    time_s,
                     ticks: [left.tick, right.tick],
                     columns,
                 });
             }
         }
-        let differing_sums = sums.into_iter().filter(|sum| sum.differing > 0);
-        Self {
-            logs: [a, b].map(|log| log.head.path.display().to_string()),
-            settings: a
-                .head
-                .settings
-                .zip(b.head.settings)
-                .map(|(a, b)| differing(&a, &b)),
-            commands: [a.commands.len(), b.commands.len()],
+        let differing = sums.into_iter().filter(|sum| sum.differing > 0);
+        Ok(Self {
+            commands: [a, b].map(|source| source.commands.len()),
             first_command: first_command(&a.commands, &b.commands),
-            ticks: pairs.len(),
-            unmatched: driven.map(|count| count - pairs.len()),
+            period_us,
+            unmatched: pairs.unmatched(),
             first_tick,
-            quantities: differing_sums.map(|sum| sum.diff(pairs.len())).collect(),
-        }
+            quantities: differing.map(|sum| sum.diff(ticks)).collect(),
+            ticks,
+        })
     }
-
-    /// Whether nothing differs.
-    pub fn is_same(&self) -> bool {
-        self.settings.as_ref().is_none_or(Vec::is_empty)
-            && self.first_command.is_none()
-            && self.first_tick.is_none()
-            && self.unmatched == [0, 0]
-    }
-}
-
-/// The ticks since the arm was first driven, up to a reset of the board.
-pub fn driven(log: &Log) -> &[Record] {
-    let records = &log.records[log.driven_from().unwrap_or(log.records.len())..];
-    let reset = records
-        .windows(2)
-        .position(|two| two[1].tick <= two[0].tick);
-    &records[..reset.map_or(records.len(), |last| last + 1)]
-}
-
-/// Common ticks.
-pub fn pairs<'a>(a: &'a Log, b: &'a Log) -> Vec<[&'a Record; 2]> {
-    let (left, right) = (driven(a), driven(b));
-    let since = |ticks: &[Record], record: &Record| record.tick - ticks[0].tick;
-    let mut others = right.iter().peekable();
-    let mut pairs = Vec::with_capacity(left.len().min(right.len()));
-    for record in left {
-        let at = since(left, record);
-        while others.next_if(|other| since(right, other) < at).is_some() {}
-        if let Some(other) = others.next_if(|other| since(right, other) == at) {
-            pairs.push([record, other]);
-        }
-    }
-    pairs
 }
 
 fn first_command(a: &[SentCommand], b: &[SentCommand]) -> Option<CommandDiff> {

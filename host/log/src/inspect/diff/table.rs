@@ -2,7 +2,15 @@
 
 use std::fmt::{Result, Write};
 
-use super::{Diff, QuantityDiff};
+use armbridge_client::params;
+
+use super::{Diff, QuantityDiff, RunDiff};
+
+/// Letter of a run: A, B and so on.
+fn letter(place: usize) -> char {
+    let letters = ('A'..='Z').chain('a'..='z');
+    letters.cycle().nth(place).unwrap_or('?')
+}
 
 impl Diff {
     /// As text, ending in a line feed.
@@ -14,11 +22,19 @@ impl Diff {
     }
 
     fn write(&self, out: &mut String) -> Result {
-        let [a, b] = &self.logs;
-        writeln!(out, "A  {a}\nB  {b}\n")?;
+        for (place, log) in self.logs.iter().enumerate() {
+            writeln!(out, "{}  {log}", letter(place))?;
+        }
+        writeln!(out)?;
         self.write_settings(out)?;
-        self.write_commands(out)?;
-        self.write_ticks(out)?;
+        for (place, run) in self.runs.iter().enumerate() {
+            let name = letter(place + 1);
+            if self.runs.len() > 1 {
+                writeln!(out, "\n{name} against A")?;
+            }
+            run.write_commands(out, name)?;
+            run.write_ticks(out, name, self.aligned)?;
+        }
         if self.is_same() {
             writeln!(out, "The same.")?;
         }
@@ -27,56 +43,73 @@ impl Diff {
 
     fn write_settings(&self, out: &mut String) -> Result {
         let Some(settings) = &self.settings else {
-            return writeln!(out, "settings   not in both logs");
+            return writeln!(out, "settings   not in every log");
         };
         if settings.is_empty() {
             return writeln!(out, "settings   the same");
         }
         writeln!(out, "settings   {} differ", settings.len())?;
-        let width = settings.iter().map(|s| s.key.len()).max().unwrap_or(0);
-        for differing in settings {
-            let (key, [a, b]) = (differing.key, [0, 1].map(|at| differing.show(at)));
-            writeln!(out, "  {key:<width$}  A {a}, B {b}")?;
+        for setting in settings {
+            writeln!(out, "  {}", setting.key)?;
+            for (place, value) in setting.values.iter().enumerate() {
+                let text = value
+                    .as_ref()
+                    .map_or_else(|| "-".to_owned(), params::to_text);
+                let line = format!("    {}  {text} {}", letter(place), setting.unit);
+                writeln!(out, "{}", line.trim_end())?;
+            }
         }
         Ok(())
     }
+}
 
-    fn write_commands(&self, out: &mut String) -> Result {
+impl RunDiff {
+    fn write_commands(&self, out: &mut String, name: char) -> Result {
         let [a, b] = self.commands;
         let Some(first) = &self.first_command else {
             return writeln!(out, "commands   the same {a}");
         };
+        let place = first.place;
         writeln!(
             out,
-            "commands   A {a}, B {b}; they differ first in the {}.:",
-            first.place
+            "commands   A {a}, {name} {b}; they differ first in the {place}.:"
         )?;
-        for (name, command) in ["A", "B"].iter().zip(&first.commands) {
+        for (name, command) in ['A', name].iter().zip(&first.commands) {
             let command = command.as_deref().unwrap_or("none");
             writeln!(out, "  {name} {command}")?;
         }
         Ok(())
     }
 
-    fn write_ticks(&self, out: &mut String) -> Result {
-        writeln!(
-            out,
-            "ticks      {} compared, from where the arm is first driven",
-            self.ticks
-        )?;
-        let [a, b] = self.unmatched;
+    fn write_ticks(&self, out: &mut String, name: char, aligned: &str) -> Result {
+        let (count, [a, b]) = (self.ticks, self.unmatched);
+        writeln!(out, "ticks      {count} at the same times since {aligned}")?;
+        let [a_us, b_us] = self.period_us;
+        if a_us != b_us {
+            let (fast, slow) = if a_us < b_us {
+                ('A', name)
+            } else {
+                (name, 'A')
+            };
+            writeln!(
+                out,
+                "           periods {a_us} and {b_us} us: angles and speeds of {fast} are\n           \
+                 interpolated at the ticks of {slow}, the rest is that in force"
+            )?;
+        }
         if a + b > 0 {
-            writeln!(out, "           {a} only in A, {b} only in B")?;
+            writeln!(out, "           {a} only in A, {b} only in {name}")?;
+        }
+        if count == 0 {
+            return writeln!(out, "outputs    not compared: no tick is at the same time");
         }
         let Some(first) = &self.first_tick else {
             return writeln!(out, "outputs    the same in every tick");
         };
-        let [a, b] = first.ticks;
-        let columns = first.columns.join(", ");
+        let ([a, b], time_s) = (first.ticks, first.time_s);
         writeln!(
             out,
-            "outputs    differ first {} ticks after that (tick {a} of A, {b} of B): {columns}\n",
-            first.since_drive
+            "outputs    differ first after {time_s:.3} s, in tick {a} of A and {b} of {name}\n"
         )?;
         writeln!(
             out,

@@ -9,6 +9,7 @@ use armbridge_shared::link::message::{Mode, Record, Sample, ToBoard, ToHost, Tri
 use super::{FaultInfo, Gap, LISTED_MAX};
 use crate::clock_sync::Envelope;
 use crate::inspect::log::CommandCollector;
+use crate::time_origin::TimeOrigin;
 
 /// Counts so far.
 #[derive(Debug, Default)]
@@ -26,6 +27,9 @@ pub(super) struct EventCounts {
     pub(super) faults: Vec<FaultInfo>,
     pub(super) trips: Vec<Trip>,
     pub(super) resets_s: Vec<f64>,
+    /// Time zero in s after the first tick.
+    origin_s: f64,
+    origin: TimeOrigin,
     pub(super) partings: u64,
     pub(super) garbled: u64,
     pub(super) lost: u64,
@@ -59,6 +63,15 @@ impl EventCounts {
         self.earlier_us.saturating_add(since_us) as f64 * 1e-6
     }
 
+    /// Changes all times from those after the first tick to those after time zero.
+    pub(super) fn count_from_origin(&mut self) {
+        let faults = self.faults.iter_mut().map(|fault| &mut fault.at_s);
+        let gaps = self.gaps.iter_mut().map(|gap| &mut gap.after_s);
+        for time_s in faults.chain(gaps).chain(&mut self.resets_s) {
+            *time_s -= self.origin_s;
+        }
+    }
+
     /// Seconds in each mode.
     pub(super) fn modes(&self) -> BTreeMap<&'static str, f64> {
         let modes = self.modes_us.iter();
@@ -90,6 +103,9 @@ impl EventCounts {
         }
         let before = self.last.and_then(|last| enum_names::fault_of(last.mode));
         self.last = Some(record);
+        if self.origin.is_at(record.mode) {
+            self.origin_s = self.duration_s();
+        }
         if let Mode::Fault(fault) = record.mode
             && before != Some(fault)
         {

@@ -1,5 +1,6 @@
 //! Contents of a log as statistics and text: [`Info`] is one JSON object with units
-//! in its keys, and [`Info::table`] is the same for a terminal.
+//! in its keys, and [`Info::table`] is the same for a terminal. Times count from the first armed
+//! tick, see [`time_origin`](crate::time_origin).
 
 mod count;
 mod table;
@@ -54,7 +55,7 @@ pub struct Info {
     pub missing_samples: BTreeMap<&'static str, u64>,
     /// Each fault.
     pub faults: Vec<FaultInfo>,
-    /// Times, in s after the first tick, at which the board restarted.
+    /// Times in s at which the board restarted.
     pub resets_s: Vec<f64>,
     /// Number of disconnections.
     pub partings: u64,
@@ -96,7 +97,7 @@ pub struct Clocks {
 pub struct Gap {
     /// The last tick before.
     pub after_tick: u32,
-    /// Its time, in s after the first tick.
+    /// Its time in s.
     pub after_s: f64,
     /// Number of ticks.
     pub ticks: u32,
@@ -108,7 +109,7 @@ pub struct Gap {
 /// A fault.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FaultInfo {
-    /// Its time, in s after the first tick.
+    /// Its time in s.
     pub at_s: f64,
     /// Its tick.
     pub tick: u32,
@@ -152,6 +153,7 @@ impl Info {
         size_bytes: u64,
         topics: BTreeMap<String, u64>,
     ) -> Self {
+        count.count_from_origin();
         let sent_commands = std::mem::take(&mut count.commands).into_commands();
         let mut commands: BTreeMap<&'static str, [u64; 2]> = BTreeMap::new();
         for sent in &sent_commands {

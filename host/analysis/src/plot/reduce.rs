@@ -1,0 +1,230 @@
+//! Bounded set of ticks that draws like all of them.
+//!
+//! A figure has about two thousand columns of pixels, a run any number of ticks. Of all ticks
+//! in one column only those are visible in which a drawn quantity is first, last, smallest or
+//! largest, and those at a change of the mode; the others are omitted. Up to [`TICKS_MAX`]
+//! ticks nothing is omitted; beyond, columns widen by doubling, and never beyond a pixel of
+//! the figure by much. No peak is lost.
+
+use armbridge_client::enum_names;
+use armbridge_shared::link::message::{Record, Sample};
+
+/// Largest number of ticks in memory: 160 s at 1 kHz, some 30 MB.
+const TICKS_MAX: usize = 160_000;
+
+/// Smallest width of a column in s: one tick at the highest rate.
+const COLUMN_S: f64 = 1e-3;
+
+/// Changes of the mode that are kept in one column.
+const CHANGES: usize = 2;
+
+/// A tick with its time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tick {
+    /// In s.
+    pub(super) time_s: f64,
+    /// No tick is missing since the one before it.
+    pub(super) follows: bool,
+    pub(super) record: Record,
+}
+
+/// A drawn quantity; NaN where it is not drawn.
+type Quantity = fn(&Record) -> f64;
+
+/// Drawn quantities whose extremes are visible.
+const QUANTITIES: [Quantity; 17] = [
+    |r| angle(r, 0),
+    |r| angle(r, 1),
+    |r| count(r, 0),
+    |r| count(r, 1),
+    |r| error_rad(r, 0),
+    |r| error_rad(r, 1),
+    |r| reference(r, 0),
+    |r| reference(r, 1),
+    |r| f64::from(r.torque_nm[0]),
+    |r| f64::from(r.torque_nm[1]),
+    |r| f64::from(r.pwm_in_force[0]),
+    |r| f64::from(r.pwm_in_force[1]),
+    |r| missing(r, 0),
+    |r| missing(r, 1),
+    |r| f64::from(r.timing.start_error_us),
+    |r| f64::from(r.timing.bus_us),
+    |r| f64::from(r.timing.compute_ns),
+];
+
+/// Estimated angle in rad; NaN until servos are found.
+pub(super) fn angle(record: &Record, joint: usize) -> f64 {
+    if enum_names::is_up(record.mode) {
+        f64::from(record.angle_rad[joint])
+    } else {
+        f64::NAN
+    }
+}
+
+/// Reference in rad; NaN while the arm is not driven.
+pub(super) fn reference(record: &Record, joint: usize) -> f64 {
+    if record.mode.drive().is_some() {
+        f64::from(record.reference_rad[joint])
+    } else {
+        f64::NAN
+    }
+}
+
+/// Estimate minus reference in rad; NaN while the arm is not driven.
+pub(super) fn error_rad(record: &Record, joint: usize) -> f64 {
+    f64::from(record.angle_rad[joint]) - reference(record, joint)
+}
+
+/// Encoder count; NaN if the sample is missing.
+fn count(record: &Record, joint: usize) -> f64 {
+    match record.samples[joint] {
+        Sample::Counts(count) => f64::from(count),
+        Sample::Missing(_) => f64::NAN,
+    }
+}
+
+/// 1 if a sample is missing, else NaN.
+pub(super) fn missing(record: &Record, joint: usize) -> f64 {
+    match record.samples[joint] {
+        Sample::Missing(_) if enum_names::is_up(record.mode) => 1.0,
+        Sample::Missing(_) | Sample::Counts(_) => f64::NAN,
+    }
+}
+
+/// Ticks in order of time, reduced as they are added.
+#[derive(Debug)]
+pub(super) struct Reduced {
+    ticks: Vec<Tick>,
+    most: usize,
+    column_s: f64,
+}
+
+impl Default for Reduced {
+    fn default() -> Self {
+        Self::with_most(TICKS_MAX)
+    }
+}
+
+impl Reduced {
+    fn with_most(most: usize) -> Self {
+        Self {
+            ticks: Vec::new(),
+            most,
+            column_s: COLUMN_S,
+        }
+    }
+
+    pub(super) fn add(&mut self, tick: Tick) {
+        if self.ticks.len() >= self.most {
+            self.reduce();
+            // Half is free again, so that each tick is looked at a few times only.
+            while self.ticks.len() > self.most / 2 {
+                self.column_s *= 2.0;
+                self.reduce();
+            }
+        }
+        self.ticks.push(tick);
+    }
+
+    /// Omits ticks before a time.
+    pub(super) fn begin_at(&mut self, time_s: f64) {
+        self.ticks.retain(|tick| tick.time_s >= time_s);
+    }
+
+    pub(super) fn into_ticks(self) -> Vec<Tick> {
+        self.ticks
+    }
+
+    /// Omits what is invisible in columns of this width.
+    fn reduce(&mut self) {
+        let column = |tick: &Tick| (tick.time_s / self.column_s).floor();
+        let mut kept = Vec::with_capacity(self.most);
+        let mut follows = true;
+        for column in self.ticks.chunk_by(|a, b| column(a) == column(b)) {
+            for (tick, is_kept) in column.iter().zip(visible(column)) {
+                follows &= tick.follows;
+                if is_kept {
+                    kept.push(Tick { follows, ..*tick });
+                    follows = true;
+                }
+            }
+        }
+        self.ticks = kept;
+    }
+}
+
+/// Which ticks of a column are visible.
+fn visible(column: &[Tick]) -> Vec<bool> {
+    let mut is_visible = vec![false; column.len()];
+    for end in [0, column.len() - 1] {
+        is_visible[end] = true;
+    }
+    for quantity in QUANTITIES {
+        let (mut lowest, mut highest) = (None, None);
+        for (at, tick) in column.iter().enumerate() {
+            let value = quantity(&tick.record);
+            // Never true for NaN.
+            if value < lowest.map_or(f64::INFINITY, |(_, least)| least) {
+                lowest = Some((at, value));
+            }
+            if value > highest.map_or(f64::NEG_INFINITY, |(_, most)| most) {
+                highest = Some((at, value));
+            }
+        }
+        for (at, _) in lowest.into_iter().chain(highest) {
+            is_visible[at] = true;
+        }
+    }
+    let modes = column.windows(2).enumerate();
+    let changes = modes.filter(|(_, two)| two[0].record.mode != two[1].record.mode);
+    for (at, _) in changes.take(CHANGES) {
+        is_visible[at] = true;
+        is_visible[at + 1] = true;
+    }
+    is_visible
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_is_bounded_and_no_peak_gap_or_mode_is_lost() {
+        use armbridge_shared::link::message::{Drive, Fault, Mode};
+        let mut reduced = Reduced::with_most(4_000);
+        let count = 200_000;
+        for at in 0..count {
+            let mut record = Record {
+                tick: at,
+                mode: Mode::Running(Drive::Regulate),
+                ..Record::NONE
+            };
+            record.angle_rad = [(at as f32 * 0.01).sin(), 0.5];
+            record.torque_nm[1] = if at == 123_457 { 9.0 } else { 0.0 };
+            if at == 150_001 {
+                record.mode = Mode::Fault(Fault::HostSilent);
+            }
+            reduced.add(Tick {
+                time_s: f64::from(at) * 1e-3,
+                follows: at != 77_777,
+                record,
+            });
+            assert!(reduced.ticks.len() <= 4_000);
+        }
+        let ticks = reduced.into_ticks();
+        // At least as many columns as a small figure has pixels.
+        assert!(ticks.len() > 1_000, "{}", ticks.len());
+        assert!(ticks.iter().any(|tick| tick.record.torque_nm[1] == 9.0));
+        assert_eq!(ticks.iter().filter(|tick| !tick.follows).count(), 1);
+        assert!(ticks.iter().any(|tick| tick.record.tick == 150_001));
+        assert_eq!(
+            [ticks[0].record.tick, ticks.last().unwrap().record.tick],
+            [0, count - 1]
+        );
+        let highest = ticks
+            .iter()
+            .map(|t| t.record.angle_rad[0])
+            .fold(0.0, f32::max);
+        assert!(highest > 0.999_99, "{highest}");
+    }
+}
