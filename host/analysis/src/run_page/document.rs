@@ -41,7 +41,7 @@ pub(super) fn document(
     let body = html! {
         main {
             (header(input, run, beside))
-            (stage())
+            (stage(run.rows.every()))
             (timeline())
             (setpoints(run, beside.zip(input.beside.map(|beside| beside.name))))
             (events(run))
@@ -95,8 +95,8 @@ fn totals(run: &Collected) -> String {
     )
 }
 
-/// The arm beside the curves.
-fn stage() -> Markup {
+/// The arm beside the curves, whose points stand for some ticks each.
+fn stage(every: usize) -> Markup {
     let views = [("three", "3D"), ("front", "joint 1"), ("side", "joint 2")];
     let rows = [
         ("angle", "angle", "angle", "3", "1", "rad"),
@@ -141,6 +141,7 @@ fn stage() -> Markup {
                      Keys: " kbd { "space" } " plays, " kbd { "←" } " " kbd { "→" } " move, "
                     kbd { "[" } " " kbd { "]" } " jump between events, "
                     kbd { "+" } " " kbd { "−" } " " kbd { "0" } " zoom."
+                    @if every > 1 { " Each point is the range of " (every) " ticks." }
                 }
             }
         }

@@ -5,7 +5,7 @@
 
 "use strict";
 
-const MARGIN = { left: 54, right: 18, top: 6, bottom: 22 };
+const MARGIN = { left: 54, right: 24, top: 6, bottom: 22 };
 
 // A curve: name of its series, label, and the colour's name in the style.
 const curve = (name, label, colour, more = {}) => ({ name, label, colour, run: RUN, ...more });
@@ -253,7 +253,7 @@ class Panel {
 
   drawCurve(context, { name, run, colour: ink, width = 1.5, dash = [], isDots }) {
     const { times } = run.curves;
-    const { low, high } = run.curves.series[name];
+    let { low, high } = run.curves.series[name];
     const [first, last] = this.rows(run.curves);
     context.fillStyle = context.strokeStyle = colour(ink);
     context.lineWidth = width;
@@ -268,6 +268,11 @@ class Panel {
       return;
     }
     context.lineJoin = "round";
+    if (high !== low && last - first < this.inner()) {
+      this.fillEnvelope(context, times, low, high, first, last);
+      const middle = low.map((value, row) => (value + high[row]) / 2);
+      [low, high] = [middle, middle];
+    }
     context.beginPath();
     let isDown = false;
     const to = (x, value) => {
@@ -305,6 +310,18 @@ class Panel {
     endColumn();
     context.stroke();
     context.setLineDash([]);
+  }
+
+  // Area from the lowest to the highest values, where rows are wider than pixels.
+  fillEnvelope(context, times, low, high, first, last) {
+    context.globalAlpha = 0.35;
+    for (let row = first; row < last; row++) {
+      if (Number.isNaN(low[row])) continue;
+      const [left, right] = [times[row], times[row + 1]].map((time) => this.x(time));
+      const [top, bottom] = [high[row], low[row]].map((value) => this.y(value * this.factor));
+      context.fillRect(left, top, right - left, bottom - top);
+    }
+    context.globalAlpha = 1;
   }
 
   drawCursor(time, selection) {
