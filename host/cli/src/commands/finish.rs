@@ -16,7 +16,8 @@ use std::process::ExitCode;
 
 use armbridge_analysis::plan_runner::PlanError;
 use armbridge_analysis::plan_runner::plan::Base;
-use armbridge_analysis::run::{BASELINE_LOG, Baseline, Finished, RUN_LOG, RunHost, Verdict};
+use armbridge_analysis::run::{Baseline, Finished, RUN_LOG, RunHost, Verdict};
+use armbridge_analysis::run_page;
 use armbridge_client::LinkError;
 use armbridge_client::stdio;
 use armbridge_log::summary::{SETTLED_RAD, SegmentSummary, Summary, WIDTH};
@@ -111,21 +112,20 @@ fn screen(finished: &Finished, description: &Description, is_verbose: bool) -> S
             (summary.simulated_s * 10.0).round() / 10.0,
             summary.wall_s
         ),
-        format!(
-            "{}\n{}\n",
+        paragraph(&format!(
+            "{} {}",
             headline(summary, *verdict),
             description.about.trim()
-        ),
+        )),
         summary.results(),
     ];
     if let Some(baseline) = baseline {
         blocks.push(baseline_text(baseline, &run.name));
     }
-    blocks.push(summary.totals());
+    blocks.push(summary.totals() + &files(folder, summary));
     if is_verbose {
         blocks.push(summary.details());
     }
-    blocks.push(files(folder, summary));
     blocks.push(remarks(summary, is_verbose));
     if description.is_demo && *verdict == Verdict::Done && !is_verbose {
         blocks.push(NEXT.into());
@@ -204,13 +204,14 @@ fn baseline_text(baseline: &Baseline, name: &str) -> String {
         }
     };
     let control = capitalised(baseline.name());
-    let text = format!("{control}, on the same arm and seed, {result}.");
-    let mut lines = text_table::wrap(text.split(' '), " ", WIDTH, "").join("\n");
-    let command = format!("armbridge run {name} --control {option}");
-    let last = lines.lines().last().map_or(0, |line| line.chars().count());
-    let is_beside = last + 2 + command.len() <= WIDTH;
-    let _ = writeln!(lines, "{}{command}", if is_beside { "  " } else { "\n " });
-    lines
+    paragraph(&format!(
+        "{control}, on the same arm and seed, {result}. `armbridge run {name} --control {option}`"
+    ))
+}
+
+/// Text in lines as wide as a terminal.
+fn paragraph(text: &str) -> String {
+    text_table::wrap(text.split_whitespace(), " ", WIDTH, "").join("\n") + "\n"
 }
 
 /// The text with a capital at its beginning.
@@ -228,14 +229,12 @@ fn files(folder: &Path, summary: &Summary) -> String {
         .as_ref()
         .map_or(0.0, |log| log.size as f64 * 1e-6);
     for (what, name, note) in [
-        ("picture", "angles.png", String::new()),
-        ("page", "run.html", "   open it in a browser".into()),
-        ("log", RUN_LOG, format!("   every tick, {size_mb:.1} MB")),
-        ("baseline", BASELINE_LOG, String::new()),
+        ("page", run_page::FILE, "open it in a browser".to_owned()),
+        ("log", RUN_LOG, format!("every tick, {size_mb:.1} MB")),
     ] {
         let path = folder.join(name);
         if path.is_file() {
-            let _ = writeln!(text, " {what:<8} {}{note}", path.display());
+            let _ = writeln!(text, " {what:<8} {}   {note}", path.display());
         }
     }
     text

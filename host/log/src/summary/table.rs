@@ -3,7 +3,7 @@
 //! | text      | contents                                                       |
 //! |-----------|----------------------------------------------------------------|
 //! | `results` | setpoints, pushes and motion: how the arm performed            |
-//! | `totals`  | one line each for loop, bus and torque                         |
+//! | `totals`  | two lines for loop, bus and torque                            |
 //! | `details` | distributions per tick, and every counter                      |
 //! | `remarks` | explanations and everything that went wrong                    |
 
@@ -83,23 +83,13 @@ impl Summary {
     }
 
     fn write_pushes(&self, out: &mut String) -> Result {
-        if self.pushes.is_empty() {
-            return Ok(());
-        }
-        writeln!(
-            out,
-            " {:<9}{:<18}{:<24}pushed off by",
-            "push",
-            "joint, torque",
-            format!("within {:.0} mrad after", SETTLED_RAD * 1e3)
-        )?;
         let shown = self.pushes.len().min(SEGMENTS_SHOWN);
         for push in &self.pushes[..shown] {
             writeln!(
                 out,
-                " {:<9}{:<18}{:<24}{:>5.1} mrad",
+                " {:<9}{:<18}{:<24}{:>5.1} mrad at most",
                 format!("{:.1} s", push.start_s),
-                format!("{}, {:+.2} N m", push.joint, push.torque_nm),
+                format!("push, joint {}", push.joint),
                 seconds_or_never(push.recovered_s),
                 push.peak_error_mrad
             )?;
@@ -110,7 +100,7 @@ impl Summary {
         Ok(())
     }
 
-    /// Loop, bus and torque, a line each.
+    /// Loop, bus and torque.
     pub fn totals(&self) -> String {
         let [torque1, torque2] = self.peak_torque_nm;
         let limits = self.run.torque_limits_nm;
@@ -134,12 +124,9 @@ impl Summary {
             )?;
             writeln!(
                 out,
-                " bus      {:.0} of {} µs, at most {}",
-                self.bus_us.mean, self.run.period_us, self.bus_us.max
-            )?;
-            writeln!(
-                out,
-                " torque   at most {torque1:.2} and {torque2:.2} of {limit_nm:.2} N m"
+                " load     bus {:.0} of {} µs, torque at most {torque1:.2} and {torque2:.2} of \
+                 {limit_nm:.2} N m",
+                self.bus_us.mean, self.run.period_us
             )
         })
     }
