@@ -57,7 +57,7 @@ impl<K: RecordSink> PlanRunner<K> {
             (BoardMessage::Refused(Refusal::Faulted), Phase::Running(_)) => self.switch_off(now_us),
             // Too late for this point of a stream; the next may come in time.
             (BoardMessage::Refused(Refusal::Late { .. }), Phase::Running(_)) => {
-                self.late_points += 1
+                self.late_points += 1;
             }
             (BoardMessage::Refused(refusal), Phase::Running(_)) => {
                 self.give_up(now_us, refused(self.last_command, refusal));
