@@ -28,7 +28,11 @@ const CLOSED: u8 = 141;
 /// The exit code of a command; its error is written on standard error.
 pub(crate) fn code(outcome: Outcome) -> ExitCode {
     // What is still buffered must be written before anything can be said of it.
-    let outcome = outcome.and_then(|code| Ok(stdio::Stdout.flush().map(|()| code)?));
+    let outcome = match (outcome, stdio::Stdout.flush()) {
+        (Ok(code), Err(error)) if code == ExitCode::SUCCESS => Err(error.into()),
+        // It has failed already, for a reason that it has given.
+        (outcome, _) => outcome,
+    };
     match outcome {
         _ if stdio::is_closed() => ExitCode::from(CLOSED),
         Ok(code) => code,

@@ -34,16 +34,17 @@ impl ForceArgs {
         }
     }
 
-    /// Removes a log that is in the way, if files may be replaced: logs never are by themselves.
-    pub(crate) fn make_room(self, log: &Path) -> Result<(), String> {
+    /// Removes a file that is in the way of one that replaces none, such as a log or a
+    /// picture; an error if it must stay.
+    pub(crate) fn make_room(self, path: &Path) -> Result<(), String> {
         let removed = if self.force {
-            std::fs::remove_file(log)
+            std::fs::remove_file(path)
         } else {
-            output_file::check(log, Existing::Refuse)
+            output_file::check(path, Existing::Refuse)
         };
         match removed {
             Err(error) if error.kind() != ErrorKind::NotFound => {
-                Err(format!("cannot write {}: {error}", log.display()))
+                Err(format!("cannot write {}: {error}", path.display()))
             }
             Ok(()) | Err(_) => Ok(()),
         }

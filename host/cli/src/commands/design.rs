@@ -174,8 +174,7 @@ pub(crate) fn run(args: &DesignArgs) -> Outcome {
     if let Some(path) = &args.plot {
         for ending in ["svg", "png"] {
             let path = path.with_extension(ending);
-            output_file::check(&path, args.force.chosen())
-                .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+            args.force.make_room(&path)?;
         }
         for file in design::draw_step(&setup, path)? {
             say(args, &format!("drawn: {}", file.display()))?;

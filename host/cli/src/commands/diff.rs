@@ -1,16 +1,14 @@
 //! `armbridge diff`: where logs differ.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-use armbridge_analysis::run_folder::DEFAULT_BASE;
 use armbridge_client::stdio;
 use armbridge_log::inspect::Diff;
-use armbridge_log::log_path::find;
 use clap::Args;
 
-use super::Outcome;
 use super::plot::AlignName;
+use super::{Outcome, log};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -38,10 +36,7 @@ pub(crate) struct DiffArgs {
 }
 
 pub(crate) fn run(args: &DiffArgs) -> Outcome {
-    let found = args.logs.iter();
-    let paths: Result<Vec<_>, _> = found
-        .map(|log| find(Some(log), Path::new(DEFAULT_BASE)))
-        .collect();
+    let paths: Result<Vec<_>, _> = args.logs.iter().map(|log| log::find(Some(log))).collect();
     let diff = Diff::read(&paths?, args.align.into())?;
     let text = if args.json {
         serde_json::to_string(&diff)?

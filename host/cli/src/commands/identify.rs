@@ -129,6 +129,9 @@ fn fit(args: &FitArgs) -> Outcome {
             .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
     }
     let fit = Fit::from_logs(&paths(&args.logs), args.weighed)?;
+    if let Some(report) = &report {
+        args.force.make_room(report)?;
+    }
     let description = output::describe(
         &fit,
         &OutputOptions {

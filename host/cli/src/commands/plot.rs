@@ -1,20 +1,16 @@
 //! `armbridge plot`: figures of a log, or of several logs over each other.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use armbridge_analysis::plot;
 use armbridge_analysis::plot::{Figure, Formats, Run};
-use armbridge_analysis::run_folder::DEFAULT_BASE;
 use armbridge_client::stdio;
-use armbridge_client::stdio::Stdout;
 use armbridge_log::inspect::diff::DiffError;
-use armbridge_log::log_path::find;
 use armbridge_log::time_origin::Align;
 use clap::{Args, ValueEnum};
 
-use super::Outcome;
+use super::{Outcome, log};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -126,23 +122,21 @@ pub(crate) fn run(args: &PlotArgs) -> Outcome {
     if files.is_empty() {
         return Err("timing is a figure of one run, and difference one of several".into());
     }
-    let mut out = Stdout;
     for file in files {
-        writeln!(out, "{}", file.display()).map_err(|error| format!("cannot print: {error}"))?;
+        stdio::print_line(file.display())?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
 /// Reads the runs; the times of several are aligned.
 fn runs(args: &PlotArgs) -> Result<Vec<Run>, Box<dyn std::error::Error>> {
-    let base = Path::new(DEFAULT_BASE);
     if let [] | [_] = args.logs.as_slice() {
-        let path = find(args.logs.first().map(PathBuf::as_path), base)?;
+        let path = log::find(args.logs.first().map(PathBuf::as_path))?;
         return Ok(vec![read(args, &path, 0.0)?]);
     }
     let mut runs = Vec::new();
     for log in &args.logs {
-        let path = find(Some(log), base)?;
+        let path = log::find(Some(log))?;
         let run = Run::read(&path, [None; 2])?;
         let event = args.align.into();
         let zero_s = run.time_of(event);

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use armbridge_analysis::identify::{
-    Diagnosis, Forecast, Page, forecast, holdout_forecasts, write_diagnosis,
+    Diagnosis, Forecast, PAGE_NAME, Page, forecast, holdout_forecasts, write_diagnosis,
 };
 use armbridge_client::stdio;
 use armbridge_log::text_table;
@@ -62,6 +62,7 @@ pub(super) fn print_diagnosis(error: &Error, args: &FitArgs) -> Outcome {
     }
     if let (Some(folder), Some(diagnosis)) = (&args.report, error.downcast_ref::<Diagnosis>()) {
         create(folder)?;
+        args.force.make_room(&folder.join(PAGE_NAME))?;
         let logs = args.logs.iter().map(|log| log.display().to_string());
         write_diagnosis(folder, diagnosis, &logs.collect::<Vec<_>>())?;
     }
