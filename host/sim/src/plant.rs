@@ -34,6 +34,7 @@ use armbridge_client::simulation::TrueState;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::arm::State;
+use armbridge_shared::link::server::Touch;
 use hand::Hand;
 use nalgebra::Vector2;
 use rand_distr::{Distribution, StandardNormal};
@@ -44,7 +45,7 @@ const OFF: u16 = Pwm::OFF.counts();
 /// Counts from that which a stop sequence sends for a moment.
 const STOP_COUNTS: u16 = 1;
 /// Duration of a lift.
-const LIFT_NS: u64 = 1_000_000_000;
+const LIFT_NS: u64 = Touch::LIFT_US as u64 * 1_000;
 /// Largest count of an AX-12A's encoder.
 const LARGEST_COUNT: f64 = 1023.0;
 

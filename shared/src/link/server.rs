@@ -44,7 +44,7 @@ pub enum ToServer {
 pub enum FromServer {
     /// The program's role.
     Role(LinkRole),
-    /// Answer to [`ToServer::Touch`].
+    /// Answer to [`ToServer::Touch`]; of a motion, when it has ended.
     Touched(Result<(), TouchRefusal>),
 }
 
@@ -155,10 +155,21 @@ impl Touch {
     pub const TORQUE_MAX_NM: f32 = 6.0;
     /// Longest push and longest motion.
     pub const DURATION_MAX_US: u32 = 60_000_000;
+    /// Duration of a lift.
+    pub const LIFT_US: u32 = 1_000_000;
     /// Shortest motion of a hand: from one end stop to the other it peaks at 10 rad/s.
     pub const MOVE_MIN_US: u32 = 1_000_000;
     /// Largest angle of a motion in rad: inside the board's angle limit.
     pub const ANGLE_MAX_RAD: f32 = 1.4;
+
+    /// Duration of a motion of a hand in µs; 0 if it is none.
+    pub fn motion_us(&self) -> u32 {
+        match *self {
+            Self::Move { duration_us, .. } => duration_us,
+            Self::Lift => Self::LIFT_US,
+            Self::Push { .. } | Self::Release => 0,
+        }
+    }
 
     /// Checks all values.
     ///

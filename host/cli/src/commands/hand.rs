@@ -1,7 +1,6 @@
 //! `armbridge hand`: moves the simulated arm of `serve board` by hand.
 
 use std::process::ExitCode;
-use std::time::Duration;
 
 use armbridge_shared::link::server::Touch;
 use clap::Args;
@@ -60,12 +59,10 @@ pub(crate) fn run(args: &HandArgs) -> Outcome {
         duration_us: (args.duration * 1e6).round() as u32,
     };
     touch(&args.link, motion)?;
-    // Simulated time keeps pace with the wall clock.
-    std::thread::sleep(Duration::from_secs_f32(args.duration));
     let [first, second] = to_rad;
     stdio::print_line(format_args!(
-        "the simulated arm is held at {first:+.3} and {second:+.3} rad until a motor drives it, \
-         or `armbridge hand --release`"
+        "the simulated arm is held at {first:+.3} and {second:+.3} rad, until a motor drives it or\n\
+         `armbridge hand --release`"
     ))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -15,6 +15,8 @@ use crate::servo_bus::line::TcpLine;
 
 /// Longest wait for the answer.
 const TIMEOUT: Duration = Duration::from_secs(2);
+/// Factor by which simulated time may be slower than the wall clock on a busy machine.
+const SLOWNESS_MAX: u32 = 20;
 
 /// Reason for which an arm is not touched.
 #[derive(Debug, thiserror::Error)]
@@ -50,7 +52,7 @@ fn in_words(refusal: TouchRefusal) -> &'static str {
     }
 }
 
-/// Touches the simulated arm behind this link.
+/// Touches the simulated arm behind this link; returns when a hand has moved it.
 ///
 /// # Errors
 /// If there is none, or its server refuses.
@@ -70,12 +72,16 @@ pub fn touch(link: &LinkUri, touch: Touch) -> Result<(), TouchError> {
     let mut frames = encoder.encode(&join).1.to_vec();
     frames.extend_from_slice(encoder.encode(&ToServer::Touch(touch)).1);
     line.send(&frames).map_err(not_served)?;
-    let until = Instant::now() + TIMEOUT;
+    let motion = Duration::from_micros(touch.motion_us().into());
+    let begun = Instant::now();
+    // Of the server's first word, which tells it from anything else; then of the answer.
+    let mut until = begun + TIMEOUT;
     let mut filter = LinkFilter::default();
     let mut answer = None;
     while answer.is_none() {
         let bytes = line.receive(until).map_err(not_served)?;
         filter.pass(&bytes, |message| {
+            until = begun + TIMEOUT + motion * SLOWNESS_MAX;
             if let FromServer::Touched(result) = message {
                 answer = Some(result);
             }

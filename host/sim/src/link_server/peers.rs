@@ -32,6 +32,7 @@ use armbridge_shared::link::message::{Refusal, ToBoard, ToHost};
 use armbridge_shared::link::schema;
 use armbridge_shared::link::server::{FromServer, LinkRole, Program, ToServer};
 
+use super::POLL_US;
 use super::latest::Latest;
 use super::outbox::Outbox;
 use super::touching::Touching;
@@ -84,6 +85,8 @@ struct Peer {
     outbox: Outbox,
     /// Time of its last valid frame, or of its connection.
     heard_us: u64,
+    /// End of its hand's motion, which is answered then.
+    touched_us: Option<u64>,
 }
 
 /// All connections.
@@ -185,7 +188,16 @@ impl Peers {
         }
         self.received = received;
         let is_open = is_open && peer.role != Role::Stranger;
-        if is_open && now_us.saturating_sub(peer.heard_us) < SILENCE_US {
+        if peer
+            .touched_us
+            .take_if(|end_us| now_us >= *end_us)
+            .is_some()
+        {
+            peer.notify(&FromServer::Touched(Ok(())));
+        }
+        // One that waits for its hand need not speak.
+        let heard_us = peer.heard_us.max(peer.touched_us.unwrap_or_default());
+        if is_open && now_us.saturating_sub(heard_us) < SILENCE_US {
             self.all.push(peer);
         } else if peer.role == Role::Commander {
             self.set_commander(None);
@@ -218,7 +230,7 @@ impl Peers {
         }
         let is_valid = match (message, received) {
             (Some(message), _) => {
-                self.serve(peer, message);
+                self.serve(peer, message, now_us);
                 true
             }
             (None, Some(Ok(received))) => self.handle(peer, received, &frame, to_board),
@@ -244,7 +256,7 @@ impl Peers {
     }
 
     /// Handles a message to the server.
-    fn serve(&mut self, peer: &mut Peer, message: ToServer) {
+    fn serve(&mut self, peer: &mut Peer, message: ToServer, now_us: u64) {
         match message {
             ToServer::Join {
                 is_observer,
@@ -259,7 +271,11 @@ impl Peers {
             }
             ToServer::Touch(touch) => {
                 let result = self.touching.touch(touch);
-                peer.notify(&FromServer::Touched(result));
+                if result.is_ok() && touch.motion_us() > 0 {
+                    peer.touched_us = Some(now_us + u64::from(touch.motion_us()) + POLL_US);
+                } else {
+                    peer.notify(&FromServer::Touched(result));
+                }
             }
         }
     }
@@ -360,6 +376,7 @@ impl Peer {
             notices: Encoder::default(),
             outbox: Outbox::default(),
             heard_us: now_us,
+            touched_us: None,
         }
     }
 

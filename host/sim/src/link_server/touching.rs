@@ -44,8 +44,7 @@ impl Touching {
     pub(super) fn touch(&self, touch: Touch) -> Result<(), TouchRefusal> {
         let arm = self.arm.as_ref().ok_or(TouchRefusal::NoArm)?;
         touch.check()?;
-        let is_hand = matches!(touch, Touch::Move { .. } | Touch::Lift);
-        if is_hand && self.is_armed {
+        if touch.motion_us() > 0 && self.is_armed {
             return Err(TouchRefusal::Armed);
         }
         arm.send(touch.into()).map_err(|_| TouchRefusal::NoArm)
