@@ -6,7 +6,7 @@
 //! | `/simulation/push`  | `SimulationPush`  | when a push begins                     |
 //!
 //! A simulation passes more states than ticks; [`StateQueue`] finds that of a record by its
-//! time. A state takes 121 bytes of the file, beside the 310 of a tick's record.
+//! time. A state takes 93 bytes of the file, of the 409 of a tick.
 
 use std::collections::VecDeque;
 
