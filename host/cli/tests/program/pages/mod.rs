@@ -7,7 +7,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use armbridge_analysis::run_page::{self, Beside, PageInput};
 use browser::{Browser, Tab, Window};
 
 /// Windows in which every page is right.
@@ -98,14 +97,12 @@ fn the_page_of_a_run_is_self_contained() {
         &folder,
         &["upright", "--duration", "3", "--set", "limits.hold_ms=120"],
     );
-    let log = run.join("run.mcap");
-    let page = run_page::write(&run, &PageInput::of_log(&log)).unwrap();
-    assert_eq!(page, run.join("run.html"));
-    let text = fs::read_to_string(page).unwrap();
+    let text = fs::read_to_string(run.join("run.html")).unwrap();
     for address in ["http:", "https:", "src=", "@import", "url("] {
         assert!(!text.contains(address), "{address}");
     }
-    let replay = format!("armbridge replay {}", log.display());
+    let name = run.file_name().unwrap().to_str().unwrap();
+    let replay = format!("armbridge replay runs/{name}/run.mcap");
     for expected in [
         "default-src 'none'",
         "Different from the defaults",
@@ -152,22 +149,7 @@ fn the_page_of_a_run_is_self_contained() {
 #[ignore = "needs Chromium: run `cargo verify`"]
 fn the_page_of_a_run_is_right_and_obeys_mouse_and_keys() {
     let folder = crate::folder("pages-run");
-    let paper = run(&folder, &["push", "--control", "paper"]);
-    let run = run(&folder, &["push"]);
-    let log = run.join("run.mcap");
-    let beside = paper.join("run.mcap");
-    let page = run_page::write(
-        &run,
-        &PageInput {
-            beside: Some(Beside {
-                log: &beside,
-                name: "the paper's control",
-            }),
-            made_by: Some("armbridge run push --seed 1"),
-            ..PageInput::of_log(&log)
-        },
-    )
-    .unwrap();
+    let page = run(&folder, &["push"]).join("run.html");
     assert!(fs::metadata(&page).unwrap().len() < SIZE_MAX);
     let mut browser = Browser::start(&folder);
     assert_right(&mut browser, &page);
@@ -201,11 +183,23 @@ fn the_page_of_a_run_is_right_and_obeys_mouse_and_keys() {
 
 #[test]
 #[ignore = "needs Chromium: run `cargo verify`"]
+fn the_demo_shows_its_baseline_in_grey() {
+    let folder = crate::folder("pages-demo");
+    let page = run(&folder, &["demo"]).join("run.html");
+    assert!(fs::metadata(&page).unwrap().len() < SIZE_MAX);
+    let mut browser = Browser::start(&folder);
+    assert_right(&mut browser, &page);
+    let mut tab = browser.open(&page, WINDOWS[0]);
+    let both = "[RUN, BESIDE].map(run => run.pose(3) !== null)";
+    assert_eq!(tab.value(both), serde_json::json!([true, true]));
+    assert_eq!(tab.value("Math.round(DATA.pushes[0][0] * 100)"), 200);
+}
+
+#[test]
+#[ignore = "needs Chromium: run `cargo verify`"]
 fn an_hour_makes_no_larger_page() {
     let folder = crate::folder("pages-hour");
-    let run = run(&folder, &["hour", "--duration", "120"]);
-    let log = run.join("run.mcap");
-    let page = run_page::write(&run, &PageInput::of_log(&log)).unwrap();
+    let page = run(&folder, &["hour", "--duration", "120"]).join("run.html");
     assert!(fs::metadata(&page).unwrap().len() < SIZE_MAX);
     let mut browser = Browser::start(&folder);
     assert_right(&mut browser, &page);
