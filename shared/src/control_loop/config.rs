@@ -342,11 +342,11 @@ fn integral(
     model: &Discrete<f32>,
     period_s: f32,
 ) -> Result<Option<IntegralAction<f32>>, Refusal> {
-    if gains == [0.0; JOINTS] {
-        return Ok(None);
-    }
     if !gains.iter().all(|gain| *gain >= 0.0) {
         return Err(Refusal::OutOfRange);
+    }
+    if gains.iter().all(|gain| *gain <= 0.0) {
+        return Ok(None);
     }
     let integral = IntegralAction::new(gains, period_s);
     decays(&integral.closed_loop(model, feedback))?;

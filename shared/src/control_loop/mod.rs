@@ -168,11 +168,7 @@ impl ControlLoop {
         let counts = input.samples.map(Sample::counts);
         let measured = config.control.angles(counts);
         let is_fresh = self.is_fresh;
-        if let (true, [Some(a), Some(b)]) = (is_fresh, measured) {
-            self.estimate = config.control.estimator.at_rest([a, b].into());
-            self.bump_nm = Vector2::zeros();
-            self.is_fresh = false;
-        }
+        self.begin_estimate(config, measured);
         let predicted_rad = self.estimate.state().q.into();
         let gated = if status.is_armed() && !is_fresh {
             config.monitors.gate_innovation(measured, predicted_rad)
@@ -239,15 +235,9 @@ impl ControlLoop {
             None => is_driven.then(|| self.drive_demand(config, &ahead, &reference)),
         };
         let demand_nm = demand.map(|demand| demand.torque_nm);
+        let (in_force, limited) = (&input.in_force, &mut guards);
         let command = self
-            .command(
-                config,
-                &input.in_force,
-                &ahead,
-                demand,
-                is_driven,
-                &mut guards,
-            )
+            .command(config, in_force, &ahead, demand, is_driven, limited)
             .unwrap_or_else(|violation| {
                 status.trip(violation);
                 ActuatorCommand::OFF
@@ -303,6 +293,15 @@ impl ControlLoop {
         }
         if status.is_armed() && !input.is_config_intact {
             status.trip(Violation::plain(Fault::Corrupted));
+        }
+    }
+
+    /// Begins the estimate at rest, with the first sample of each joint.
+    fn begin_estimate(&mut self, config: &LoopConfig, measured: [Option<f32>; JOINTS]) {
+        if let (true, [Some(a), Some(b)]) = (self.is_fresh, measured) {
+            self.estimate = config.control.estimator.at_rest([a, b].into());
+            self.bump_nm = Vector2::zeros();
+            self.is_fresh = false;
         }
     }
 

@@ -9,10 +9,10 @@ use armbridge_client::simulation::{Push, TrueState};
 use armbridge_log::recording::{ReadError, Reader};
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::summary::{Summary, Tally};
+use armbridge_log::time_origin::RunTimes;
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Mode, Record, Sample, Settings, ToHost};
+use armbridge_shared::link::message::{Record, Sample, Settings, ToHost};
 
-use super::clock::Clock;
 use super::events::{EventList, Kind, Level, Listed};
 use super::rows::{Kept, Rows};
 
@@ -138,8 +138,7 @@ pub(super) struct ShownPush {
 
 /// State of the pass.
 struct Pass {
-    period_s: f64,
-    clock: Clock,
+    times: RunTimes,
     tally: Tally,
     rows: Rows,
     poses: Rows,
@@ -147,7 +146,6 @@ struct Pass {
     modes: Vec<(f64, &'static str)>,
     gaps: Vec<[f64; 2]>,
     pushes: Vec<ShownPush>,
-    zero_s: Option<f64>,
     last: Option<(u32, f64)>,
     row: Vec<f32>,
 }
@@ -156,22 +154,26 @@ impl Collected {
     /// Reads a log up to its first damage.
     pub(super) fn read(path: &Path) -> Result<Self, ReadError> {
         let mut log = Reader::open(path)?.rows();
-        let mut pass = Pass::new(log.reader().facts().period_us);
+        let mut pass = Pass::new();
         let mut pushes = 0;
         while let Some((event, truth)) = log.next_event() {
-            for push in &log.reader().pushes()[pushes..] {
-                pass.push(push);
+            if let EventKind::Received(_, ToHost::Record(record)) = &event.kind {
+                // A push may be in the file before the ticks before it.
+                let begun = |push: &&Push| push.start_ns <= record.start_us.saturating_mul(1_000);
+                while let Some(push) = log.reader().pushes().get(pushes).filter(begun) {
+                    pass.push(push);
+                    pushes += 1;
+                }
             }
-            pushes = log.reader().pushes().len();
             pass.add(&event, truth.as_ref());
         }
         let log = log.reader();
         let facts = log.facts().clone();
-        let covered_s = pass.clock.now_s();
+        let covered_s = pass.times.now_s();
         let summary = pass
             .tally
             .summary(&facts, LinkStats::default(), covered_s, 0.0);
-        let zero_s = pass.zero_s.unwrap_or(0.0);
+        let zero_s = pass.times.origin_s().unwrap_or(0.0);
         let (mut events, events_left_out) = pass.events.finish();
         for event in &mut events {
             // A command may be sent before the first tick, or accepted after the last.
@@ -194,7 +196,7 @@ impl Collected {
             rows: pass.rows,
             poses: pass.poses,
             zero_s,
-            end_s: pass.clock.now_s() - zero_s,
+            end_s: pass.times.now_s() - zero_s,
             events,
             events_left_out,
             modes: pass.modes,
@@ -205,11 +207,10 @@ impl Collected {
 }
 
 impl Pass {
-    fn new(period_us: u32) -> Self {
+    fn new() -> Self {
         let quantities = (QUANTITIES.len() + 1) * JOINTS;
         Self {
-            period_s: f64::from(period_us) * 1e-6,
-            clock: Clock::default(),
+            times: RunTimes::default(),
             tally: Tally::default(),
             rows: Rows::new(Kept::Extremes, quantities),
             poses: Rows::new(Kept::First, POSE.len() * JOINTS),
@@ -217,7 +218,6 @@ impl Pass {
             modes: Vec::new(),
             gaps: Vec::new(),
             pushes: Vec::new(),
-            zero_s: None,
             last: None,
             row: Vec::with_capacity(quantities),
         }
@@ -226,13 +226,13 @@ impl Pass {
     fn add(&mut self, event: &Event, truth: Option<&TrueState>) {
         match &event.kind {
             EventKind::Received(_, ToHost::Record(record)) => self.tick(record, truth),
-            kind => self.events.add(kind, &self.clock),
+            kind => self.events.add(kind, &self.times),
         }
     }
 
     fn push(&mut self, push: &Push) {
         self.tally.push(push);
-        let start_s = self.clock.time_s(push.start_ns / 1_000);
+        let start_s = self.times.at_us(push.start_ns / 1_000);
         let text = format!(
             "push on joint {}: {:+.2} N m for {:.2} s",
             push.joint + 1,
@@ -245,7 +245,7 @@ impl Pass {
     }
 
     fn tick(&mut self, record: &Record, truth: Option<&TrueState>) {
-        let time_s = self.clock.advance(record.start_us, self.period_s);
+        let time_s = self.times.add(record);
         if let Some((tick, last_s)) = self.last
             && record.tick.wrapping_sub(tick) != 1
         {
@@ -262,9 +262,6 @@ impl Pass {
         if self.events.mode(record.mode, time_s) && self.modes.len() < SHADED_MAX {
             self.modes.push((time_s, enum_names::mode(record.mode)));
         }
-        if self.zero_s.is_none() && is_armed(record.mode) {
-            self.zero_s = Some(time_s);
-        }
         self.tally.add(record);
         self.row.clear();
         for quantity in &QUANTITIES {
@@ -277,9 +274,4 @@ impl Pass {
         let pose = POSE.map(|quantity| [0, 1].map(|joint| self.row[quantity * JOINTS + joint]));
         self.poses.add(time_s, pose.as_flattened());
     }
-}
-
-/// Whether a run begins with this mode.
-fn is_armed(mode: Mode) -> bool {
-    matches!(mode, Mode::Armed | Mode::Running(_) | Mode::Degraded(_))
 }

@@ -8,12 +8,12 @@ use armbridge_client::params;
 use armbridge_client::{fault_text, refusal_text};
 use armbridge_log::event_text;
 use armbridge_log::proto::Severity;
+use armbridge_log::time_origin::RunTimes;
 use armbridge_shared::link::message::{
     Command, Mode, Moment, Refusal, Settings, ToBoard, ToHost, Trip,
 };
 use serde::Serialize;
 
-use super::clock::Clock;
 use crate::plan_runner::action_text::command_text;
 
 /// Limit of the commands: those of an hour with one every two seconds.
@@ -83,8 +83,8 @@ pub(super) struct EventList {
 
 impl EventList {
     /// Adds what is not a record.
-    pub(super) fn add(&mut self, kind: &EventKind, clock: &Clock) {
-        let now_s = clock.now_s();
+    pub(super) fn add(&mut self, kind: &EventKind, times: &RunTimes) {
+        let now_s = times.now_s();
         match kind {
             EventKind::Sent(sequence, ToBoard::Command(command)) => {
                 self.command(*sequence, *command, now_s);
@@ -105,12 +105,12 @@ impl EventList {
                     result,
                     moment,
                 },
-            ) => self.acknowledge(*sequence, *result, *moment, clock),
+            ) => self.acknowledge(*sequence, *result, *moment, times),
             // It is repeated after a hello.
             EventKind::Received(_, ToHost::Tripped(trip)) if self.trip == Some(*trip) => {}
             EventKind::Received(_, ToHost::Tripped(trip)) => {
                 self.trip = Some(*trip);
-                let time_s = clock.time_s(trip.at_us);
+                let time_s = times.at_us(trip.at_us);
                 self.push(time_s, Kind::Fault, Level::Error, fault_in_words(trip));
             }
             EventKind::Received(_, message) => self.message(message, now_s),
@@ -224,7 +224,7 @@ impl EventList {
         sequence: u16,
         result: Result<(), Refusal>,
         moment: Option<Moment>,
-        clock: &Clock,
+        times: &RunTimes,
     ) {
         let mut latest_first = self.sent.iter_mut().rev();
         let Some(sent) = latest_first.find(|sent| sent.sequence == sequence) else {
@@ -233,8 +233,11 @@ impl EventList {
         sent.is_open = matches!(result, Err(Refusal::Busy | Refusal::EncoderUnknown { .. }));
         let entry = sent.place.and_then(|place| self.listed.get_mut(place));
         let Some(entry) = entry else { return };
-        if let Some(moment) = moment {
-            entry.time = clock.time_s(moment.at_us);
+        // Before the first tick, the board's clock is not known.
+        if let Some(moment) = moment
+            && self.mode.is_some()
+        {
+            entry.time = times.at_us(moment.at_us);
         }
         if let Err(refusal) = result
             && !sent.is_open
@@ -283,6 +286,8 @@ pub(super) fn fault_in_words(trip: &Trip) -> String {
 
 #[cfg(test)]
 mod tests {
+    use armbridge_shared::link::message::Record;
+
     use super::*;
 
     const HOLD: Command = Command::Regulate([0.1, -0.2]);
@@ -309,9 +314,13 @@ mod tests {
 
     #[test]
     fn a_repeated_command_is_listed_once_where_it_was_accepted() {
-        let mut clock = Clock::default();
-        clock.advance(500_000, 1e-3);
+        let mut times = RunTimes::default();
+        times.add(&Record {
+            start_us: 500_000,
+            ..Record::NONE
+        });
         let mut list = EventList::default();
+        list.mode(Mode::Boot, times.now_s());
         for event in [
             sent(1, HOLD),
             ack(1, Err(Refusal::Busy)),
@@ -320,26 +329,26 @@ mod tests {
             sent(3, Command::Save),
             ack(3, Err(Refusal::NotReady)),
         ] {
-            list.add(&event, &clock);
+            list.add(&event, &times);
         }
         let (listed, left_out) = list.finish();
-        assert_eq!((listed.len(), left_out), (2, 0));
-        assert!(listed[0].text.starts_with("save the settings, refused: "));
-        assert_eq!(listed[1].text, "hold at +0.10 and -0.20 rad");
-        assert!((listed[1].time - 1.0).abs() < 1e-9);
+        assert_eq!((listed.len(), left_out), (3, 0));
+        assert!(listed[1].text.starts_with("save the settings, refused: "));
+        assert_eq!(listed[2].text, "hold at +0.10 and -0.20 rad");
+        assert!((listed[2].time - 1.0).abs() < 1e-9);
     }
 
     #[test]
     fn streams_are_one_entry_and_floods_are_counted() {
-        let (clock, mut list) = (Clock::default(), EventList::default());
+        let (times, mut list) = (RunTimes::default(), EventList::default());
         for sequence in 0..5_000_u16 {
             let point = Command::Stream {
                 at_us: sequence.into(),
                 angle_rad: [0.0; 2],
                 speed_rad_s: None,
             };
-            list.add(&sent(sequence, point), &clock);
-            list.add(&EventKind::Disconnected, &clock);
+            list.add(&sent(sequence, point), &times);
+            list.add(&EventKind::Disconnected, &times);
         }
         let (listed, left_out) = list.finish();
         assert_eq!(listed.len(), 1 + OTHERS_MAX);

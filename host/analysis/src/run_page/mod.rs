@@ -7,7 +7,6 @@
 //! | file          | contents                                                        |
 //! |---------------|-----------------------------------------------------------------|
 //! | `collect`     | one pass over the log                                           |
-//! | `clock`       | time of ticks, over resets of the board                         |
 //! | `rows`        | values over time in bounded memory                              |
 //! | `events`      | commands, pushes, faults, modes, messages                       |
 //! | `headline`    | the result in one sentence                                      |
@@ -21,7 +20,6 @@
 //! | `tables.js`   | events, settings, copying                                       |
 //! | `main.js`     | state shared by them                                            |
 
-mod clock;
 mod collect;
 mod data;
 mod document;

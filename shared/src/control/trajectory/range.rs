@@ -23,8 +23,12 @@ pub(super) fn check_start<T: Real>(
     if !from.is_finite() {
         return Err(Error::NotFinite(Argument::From));
     }
-    use Quantity::{Acceleration, Angle, Jerk, Speed};
-    for quantity in [Angle, Speed, Acceleration, Jerk] {
+    for quantity in [
+        Quantity::Angle,
+        Quantity::Speed,
+        Quantity::Acceleration,
+        Quantity::Jerk,
+    ] {
         let bound = bounds.of(quantity);
         if !bound.is_finite() {
             return Err(Error::NotFinite(Argument::Bounds));

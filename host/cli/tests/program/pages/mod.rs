@@ -193,6 +193,14 @@ fn the_demo_shows_its_baseline_in_grey() {
     let both = "[RUN, BESIDE].map(run => run.pose(3) !== null)";
     assert_eq!(tab.value(both), serde_json::json!([true, true]));
     assert_eq!(tab.value("Math.round(DATA.pushes[0][0] * 100)"), 200);
+    let headline = tab.value("document.querySelector('h1').textContent");
+    let headline = headline.as_str().unwrap().replace('\u{a0}', " ");
+    for expected in [
+        "all 3 setpoints in at most 0.",
+        "recovers from a push in 0.",
+    ] {
+        assert!(headline.contains(expected), "{headline}");
+    }
 }
 
 #[test]
