@@ -103,7 +103,7 @@ impl Image {
     pub fn current() -> Result<Self, ImageError> {
         let folder = std::env::current_dir()?;
         let tree = tree_around(&folder).ok_or_else(|| ImageError::NoTree(folder.clone()))?;
-        let target = std::env::var_os("CARGO_TARGET_DIR");
+        let target = std::env::var_os("CARGO_TARGET_DIR").filter(|target| !target.is_empty());
         Self::of_tree(tree, &tree.join(target.unwrap_or_else(|| "target".into())))
     }
 
@@ -124,7 +124,7 @@ impl Image {
         let is_newer = |source: &PathBuf| modified(source).map_or(true, |time| time > built);
         match sources.into_iter().find(is_newer) {
             Some(source) => Err(ImageError::Stale {
-                source_file: source.strip_prefix(tree).unwrap_or(&source).into(),
+                source_file: relative(&source, tree),
                 image: path,
             }),
             None => Self::open(&path),
@@ -143,6 +143,13 @@ impl fmt::Display for Image {
 
 fn modified(path: &Path) -> io::Result<SystemTime> {
     std::fs::metadata(path)?.modified()
+}
+
+/// A path below a folder as it is named from there; cargo lists some through `..`.
+fn relative(path: &Path, folder: &Path) -> PathBuf {
+    let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.into());
+    let (path, folder) = (real(path), real(folder));
+    path.strip_prefix(folder).unwrap_or(&path).into()
 }
 
 /// The source tree of this project that surrounds a folder.
