@@ -114,7 +114,9 @@ fn figure(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     match path.extension().and_then(std::ffi::OsStr::to_str) {
         None | Some("svg" | "png") => Ok(path),
-        Some(_) => Err("expected a file ending in .svg or .png; both are drawn".into()),
+        Some(_) => {
+            Err("expected a file ending in .svg or .png, or without an ending for both".into())
+        }
     }
 }
 
@@ -172,9 +174,14 @@ pub(crate) fn run(args: &DesignArgs) -> Outcome {
         write_file(path, &settings, args.force.chosen())?;
     }
     if let Some(path) = &args.plot {
-        for ending in ["svg", "png"] {
-            let path = path.with_extension(ending);
-            args.force.make_room(&path)?;
+        let files = match path.extension() {
+            Some(_) => vec![path.clone()],
+            None => ["svg", "png"]
+                .map(|ending| path.with_extension(ending))
+                .into(),
+        };
+        for file in &files {
+            args.force.make_room(file)?;
         }
         for file in design::draw_step(&setup, path)? {
             say(args, &format!("drawn: {}", file.display()))?;

@@ -214,6 +214,10 @@ fn files_that_exist_are_kept() {
         program.refuses(args, &[path, "it exists; --force replaces it"]);
         program.prints(&[args, &["--force"]].concat());
     }
+    // What is not written is not touched either.
+    fs::write(program.path("step.png"), "mine").unwrap();
+    program.prints(&["design", "--plot", "step.svg", "--force"]);
+    assert_eq!(fs::read(program.path("step.png")).unwrap(), b"mine");
     let arm = ["arm", "--for", "0.2", "--quiet", "--record", "arm.mcap"];
     program.prints(&arm);
     program.refuses(&arm, &["arm.mcap", "a log is never replaced"]);
