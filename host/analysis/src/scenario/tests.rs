@@ -67,8 +67,8 @@ fn mistakes_have_a_place_and_say_what_is_right() {
         ),
         (
             "[[step]]\nat_s = 1\nstream = [{ after_s = 0.02, angle_rad = [0.0, 0.0] }]",
-            "6:23",
-            "too soon",
+            "6:11",
+            "give this point an `after_s` of",
         ),
         ("[set]\ncontroller.kwind = 3", "5:20", "`controller.kind`"),
         ("[set]\nlimits.silence_ms = -3", "5:21", "limits.silence_ms"),
