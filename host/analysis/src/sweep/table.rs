@@ -128,8 +128,10 @@ const MEDIAN: usize = 6;
 const WORST: usize = 7;
 /// Width of a figure's columns.
 const FIGURE: usize = MEDIAN + WORST;
-/// Width of the values of the keys; longer ones have a line of their own.
-const VALUES: usize = 16;
+/// Width of the count of failed runs.
+const FAILED: usize = 8;
+/// Width of a terminal.
+const WIDTH: usize = 80;
 
 /// Table of rows, ending in a line feed; at most 80 columns, unless a row's values are
 /// longer.
@@ -144,9 +146,12 @@ fn write_table(out: &mut String, keys: &[String], rows: &[Row], is_spread: bool)
     let (keys, labels) = labels(keys, rows);
     let all = labels.iter().chain([&keys]);
     let widest = all.map(|label| label.chars().count()).max().unwrap_or(0);
-    let column = widest.min(VALUES);
+    // Figures that the scenario has; longer values have a line of their own.
+    let has = |figure: &&Figure| rows.iter().any(|row| figure.of_row(row).is_some());
+    let figures: Vec<&Figure> = FIGURES.iter().filter(has).collect();
+    let column = widest.min(WIDTH - FAILED - figures.len() * (1 + FIGURE));
     let mut heads = [(); 3].map(|()| String::new());
-    for figure in &FIGURES {
+    for figure in &figures {
         write!(heads[0], " {:>FIGURE$}", figure.title)?;
         write!(heads[1], " {:>FIGURE$}", figure.unit)?;
         write!(heads[2], " {:>MEDIAN$}{:>WORST$}", "median", "worst")?;
@@ -166,7 +171,7 @@ fn write_table(out: &mut String, keys: &[String], rows: &[Row], is_spread: bool)
     }
     for (row, label) in rows.iter().zip(&labels) {
         write_label(out, label, column)?;
-        for figure in &FIGURES {
+        for figure in &figures {
             let spread = figure.of_row(row);
             let median = number(spread.map(|spread| spread.median), figure.decimals);
             if is_spread {

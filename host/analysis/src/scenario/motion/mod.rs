@@ -64,6 +64,10 @@ pub(super) fn scenario(
 
     let path = Path::new(&samples, &settings);
     let line_of = |at_s: f64| path.sample(&samples, at_s).byte;
+    // A run-up to such a motion would have no sensible length.
+    if let Some((at_s, message)) = path.beyond() {
+        return Err(wrong((line_of(at_s), message)));
+    }
     for knot in [path.knots.first(), path.knots.last()]
         .into_iter()
         .flatten()
@@ -95,17 +99,8 @@ pub(super) fn scenario(
         })?;
     }
     let peaks = path.peaks(&steps[1], &settings);
-    if let Some(peak) = peaks.iter().flatten().find(|peak| peak.value > peak.limit) {
-        let [value, limit] = beside_limit(peak.value as f32, peak.limit as f32, 2);
-        let message = format!(
-            "joint {} would need {} of {value} {unit} at {:.3} s of the motion, more than {limit} \
-             {unit}; move more slowly or more smoothly",
-            peak.joint + 1,
-            peak.quantity,
-            peak.at_s,
-            unit = peak.unit,
-        );
-        return Err(wrong((line_of(peak.at_s), message)));
+    if let Some(peak) = peaks.iter().flatten().find(|peak| peak.is_beyond()) {
+        return Err(wrong((line_of(peak.at_s), peak.message())));
     }
     let end_s = f64::from(APPROACH_S) + REST_S + path.length_s() + REST_S;
     let end_s = overrides.duration_s.unwrap_or(end_s);
@@ -154,7 +149,55 @@ struct Peak {
     at_s: f64,
 }
 
+/// Quantities of a reference that are bounded, with their units.
+const SPEED: (&str, &str) = ("a speed", "rad/s");
+const ACCELERATION: (&str, &str) = ("an acceleration", "rad/s²");
+const TORQUE: (&str, &str) = ("a torque", "N m");
+
+impl Peak {
+    fn is_beyond(&self) -> bool {
+        self.value > self.limit
+    }
+
+    fn message(&self) -> String {
+        let [value, limit] = beside_limit(self.value as f32, self.limit as f32, 2);
+        let (joint, quantity, unit) = (self.joint + 1, self.quantity, self.unit);
+        format!(
+            "joint {joint} would need {quantity} of {value} {unit} at {:.3} s of the motion, more \
+             than {limit} {unit}; move more slowly or more smoothly",
+            self.at_s
+        )
+    }
+}
+
 impl Path {
+    /// The samples' speed or acceleration that is farthest beyond its bound, if one is: its
+    /// time, and the message.
+    fn beyond(&self) -> Option<(f64, String)> {
+        let samples = self.knots.iter();
+        let samples = samples.filter(|knot| (0.0..=self.duration_s).contains(&knot.at_s));
+        let peaks = samples.flat_map(|knot| {
+            (0..JOINTS).flat_map(move |joint| {
+                [
+                    (SPEED, knot.dq[joint], MOTION.speed_rad_s),
+                    (ACCELERATION, knot.ddq[joint], MOTION.acceleration_rad_s2),
+                ]
+                .map(|((quantity, unit), value, limit)| Peak {
+                    joint,
+                    quantity,
+                    unit,
+                    value: value.abs(),
+                    limit: limit.into(),
+                    at_s: knot.at_s,
+                })
+            })
+        });
+        let worst = peaks
+            .filter(Peak::is_beyond)
+            .max_by(|a, b| (a.value / a.limit).total_cmp(&(b.value / b.limit)))?;
+        Some((worst.at_s, worst.message()))
+    }
+
     fn new(samples: &[Sample], settings: &Settings) -> Self {
         let period_s = f64::from(settings.setup.period_us) * 1e-6;
         let spacing_s = SPACING_S.max(SPACING_TICKS * period_s);
@@ -227,11 +270,7 @@ impl Path {
             [MOTION.acceleration_rad_s2; JOINTS],
             settings.limits.torque_nm,
         ];
-        let names = [
-            ("a speed", "rad/s"),
-            ("an acceleration", "rad/s²"),
-            ("a torque", "N m"),
-        ];
+        let names = [SPEED, ACCELERATION, TORQUE];
         let mut peaks = core::array::from_fn(|joint| {
             core::array::from_fn(|number| Peak {
                 joint,

@@ -159,8 +159,16 @@ fn slopes(samples: &[Sample], joint: usize) -> Vec<f64> {
     }
     let points = || samples.iter().map(|s| (s.at_s, s.angle_rad[joint]));
     let mut slopes = vec![0.0; count];
-    slopes[0] = end_slope(&points().take(END).collect::<Vec<_>>());
-    slopes[count - 1] = end_slope(&points().rev().take(END).collect::<Vec<_>>());
+    // Not against the way to the next sample, and at most three times as fast: unevenly
+    // spaced samples would have it overshoot.
+    let bounded = |slope: f64, chord: f64| {
+        let share = if chord == 0.0 { 0.0 } else { slope / chord };
+        chord * share.clamp(0.0, 3.0)
+    };
+    let first = end_slope(&points().take(END).collect::<Vec<_>>());
+    let last = end_slope(&points().rev().take(END).collect::<Vec<_>>());
+    slopes[0] = bounded(first, chord(0));
+    slopes[count - 1] = bounded(last, chord(count - 2));
     // Thomas's algorithm for a tridiagonal system.
     let (mut above, mut right) = (vec![0.0; count], slopes.clone());
     for k in 1..count - 1 {
@@ -331,6 +339,21 @@ mod tests {
                 q < 6e-4 && dq < 0.02 && ddq < 0.7,
                 "{period_s}: {q} {dq} {ddq}"
             );
+        }
+    }
+
+    #[test]
+    fn a_motion_that_begins_and_ends_with_a_pause_is_at_rest_there() {
+        let rows = [(0.0, 0.0), (1.0, 0.0), (1.1, 0.2), (1.2, 0.0), (2.0, 0.0)];
+        let samples = rows.map(|(at_s, angle_rad)| Sample {
+            at_s,
+            angle_rad: [angle_rad, 0.0],
+            speed_rad_s: None,
+            byte: 0,
+        });
+        let knots = resample(&samples, 0.05);
+        for end in [knots[0], knots[knots.len() - 1]] {
+            assert!(end.dq.iter().all(|speed| speed.abs() < 1e-12), "{end:?}");
         }
     }
 
