@@ -33,6 +33,9 @@ pub(super) fn draw(run: &Run) -> Drawing {
         let axis = angle_axis([run].into_iter().chain(behind), joint);
         let panel = Panel::angle(&mut drawing, joint, run.time_axis(), axis);
         marks::draw(&mut drawing, &panel, run, joint);
+        if joint == 0 {
+            marks::draw_texts(&mut drawing, &panel, run, marks::LANE_PX);
+        }
         if let Some(behind) = behind {
             panel.curve(&mut drawing, behind.over_time(|r| angle(r, joint)), BEHIND);
         }
@@ -66,7 +69,8 @@ fn draw_notes(drawing: &mut Drawing, panel: &Panel, [run, behind]: [&Run; 2], jo
     }
 }
 
-/// Writes a text at a time of a curve, on the side that is away from the setpoint.
+/// Rings a point of a curve, and writes a text beside it where no curve is: that of the run beyond
+/// the band of the setpoint, that of the run behind it away from the setpoint.
 fn draw_note(
     drawing: &mut Drawing,
     panel: &Panel,
@@ -75,29 +79,26 @@ fn draw_note(
     (at_s, text, colour): (f64, &str, &'static str),
 ) {
     let angle = run.value_at(at_s, |r| angle(r, joint));
-    let is_above = angle >= run.value_at(at_s, |r| reference(r, joint));
-    panel.ring(drawing, (at_s, angle), colour);
-    if !angle.is_finite() {
+    let setpoint = run.value_at(at_s, |r| reference(r, joint));
+    if !(angle.is_finite() && setpoint.is_finite()) {
         return;
     }
+    panel.ring(drawing, (at_s, angle), colour);
     let font = Font {
         size: 12.5,
         bold: true,
         colour,
-        anchor: Anchor::Start,
+        anchor: Anchor::Middle,
     };
-    let (x, y) = panel.at(at_s, angle);
-    let baseline = if is_above { y - 9.0 } else { y + 20.0 };
+    let is_behind = colour == MUTED;
+    let beyond = setpoint - (angle - setpoint).signum() * SETTLED_RAD;
+    let (x, y) = panel.at(at_s, if is_behind { angle } else { beyond });
+    let is_above = (angle >= setpoint) == is_behind;
+    let baseline = if is_above { y - 9.0 } else { y + 19.0 };
     let baseline = baseline.clamp(panel.frame.y + 14.0, panel.frame.bottom() - 6.0);
-    let width = font.width(text);
-    // Notes at the end of a setpoint are left of their point.
-    let left = if colour == MUTED {
-        x - width - 4.0
-    } else {
-        x + 4.0
-    };
-    let left = left.min(panel.frame.right() - width - 4.0);
-    drawing.note((left.max(panel.frame.x + 4.0), baseline), text, font);
+    let half = font.width(text) / 2.0;
+    let x = x.clamp(panel.frame.x + half, panel.frame.right() - half);
+    drawing.text((x, baseline), text, font, false);
 }
 
 /// Axis that contains all curves, with space for text above them.

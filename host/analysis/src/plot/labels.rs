@@ -11,6 +11,9 @@ const SETTINGS_MAX: usize = 3;
 /// Period, which has its own words.
 const PERIOD_KEY: &str = "setup.period_us";
 
+/// Groups of the settings that a control consists of.
+const CONTROL_GROUPS: [&str; 3] = ["controller", "estimator", "setup"];
+
 /// Facts of a run, each as words with a rank of its own.
 const FACTS: [fn(&Run) -> Option<String>; 5] = [
     |run| Some(run.facts.name.clone()),
@@ -70,35 +73,38 @@ pub(super) fn control(settings: &Settings) -> Option<&'static str> {
     }
 }
 
-/// Settings of each run that differ between any two, other than by their control and period.
+/// Settings of each run that differ between any two, those of the controller first; without the
+/// period, and without the settings of a control that has a name.
 fn differing_settings(runs: &[Run]) -> Vec<Vec<String>> {
-    let controls: Option<Vec<_>> = runs.iter().map(|run| control(&run.settings)).collect();
-    let own = |settings: &Settings| {
-        let mut settings = *settings;
-        if controls.is_some() {
-            // Their names say it.
-            settings.setup = Setup {
-                arm: settings.setup.arm,
-                joints: settings.setup.joints,
-                ..Setup::default()
-            };
-        }
-        settings
+    let mut differing: Vec<_> = params::all()
+        .iter()
+        .filter(|parameter| parameter.key != PERIOD_KEY)
+        .map(|parameter| {
+            let value = |run: &Run| params::get(&run.settings, parameter.key);
+            (parameter, runs.iter().map(value).collect::<Vec<_>>())
+        })
+        .filter(|(_, values)| values.windows(2).any(|two| two[0] != two[1]))
+        .collect();
+    differing.sort_by_key(|(parameter, _)| {
+        let group = parameter.group();
+        CONTROL_GROUPS
+            .iter()
+            .position(|one| *one == group)
+            .unwrap_or(CONTROL_GROUPS.len())
+    });
+    let words_of = |(place, run): (usize, &Run)| {
+        let is_named = control(&run.settings).is_some();
+        let own = differing
+            .iter()
+            .filter(|(parameter, _)| !(is_named && CONTROL_GROUPS.contains(&parameter.group())));
+        own.filter_map(|(parameter, values)| {
+            let text = params::to_text(values[place].as_ref()?);
+            let text = text.trim_matches(['[', ']', '"']);
+            Some(format!("{} {text}", parameter.key))
+        })
+        .collect()
     };
-    let all: Vec<Settings> = runs.iter().map(|run| own(&run.settings)).collect();
-    let mut words = vec![Vec::new(); runs.len()];
-    for parameter in params::all().iter().filter(|p| p.key != PERIOD_KEY) {
-        let values: Vec<_> = all.iter().map(|s| params::get(s, parameter.key)).collect();
-        if values.windows(2).all(|two| two[0] == two[1]) {
-            continue;
-        }
-        for (words, value) in words.iter_mut().zip(values) {
-            words.extend(
-                value.map(|value| format!("{} {}", parameter.key, params::to_text(&value))),
-            );
-        }
-    }
-    words
+    runs.iter().enumerate().map(words_of).collect()
 }
 
 /// Folder of a run's log, or the name of a log that is not called `run.mcap`.

@@ -13,8 +13,8 @@ use super::run::Run;
 /// Smallest width of an interval's mark in px, so that a single missing record is visible.
 const INTERVAL_PX: f64 = 1.6;
 
-/// Baseline of the texts, in px above the first panel.
-const LANE_PX: f64 = 27.0;
+/// Baseline of the texts in figures of one run, in px.
+pub(super) const LANE_PX: f64 = 51.0;
 
 /// Smallest distance of lines in px.
 const SPACING_PX: f64 = 4.0;
@@ -84,43 +84,56 @@ impl Mark {
     }
 }
 
-/// Draws what happened in a panel: missing records, faults, pushes and commands. The first panel
-/// of a figure has the texts of the marks above it.
+/// Draws what happened in a panel: missing records, faults, pushes and commands.
 pub(super) fn draw(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
     draw_gaps(drawing, panel, run);
-    let mut free = panel.frame.x - 8.0;
     let mut last = f64::NEG_INFINITY;
-    for mark in &run.marks {
-        if !(panel.x.low..=panel.x.high).contains(&mark.time_s) {
+    for mark in shown(panel, run) {
+        if mark.joint.is_some_and(|pushed| pushed != joint) {
             continue;
         }
-        if mark.joint == Some(joint) {
+        if mark.duration_s > 0.0 {
             let end_s = mark.time_s + mark.duration_s;
             interval(drawing, panel, [mark.time_s, end_s], mark.colour(), 0.18);
         }
         let (x, _) = panel.at(mark.time_s, panel.y.low);
-        let is_pushed_here = mark.joint.is_none_or(|pushed| pushed == joint);
-        if is_pushed_here && x - last >= SPACING_PX {
+        if x - last >= SPACING_PX {
             let stroke = Stroke {
                 colour: mark.colour(),
                 width: 0.9,
                 dash: &[2.0, 3.0],
             };
-            let top = panel.frame.y;
-            drawing.line((x, top), (x, panel.frame.bottom()), stroke);
+            drawing.line((x, panel.frame.y), (x, panel.frame.bottom()), stroke);
             last = x;
         }
+    }
+    draw_faults(drawing, panel, run);
+}
+
+/// Writes the texts of pushes and commands beside each other on one line, above the panels.
+pub(super) fn draw_texts(drawing: &mut Drawing, panel: &Panel, run: &Run, y: f64) {
+    let mut free = panel.frame.x - 8.0;
+    for mark in shown(panel, run) {
         let font = Font {
             colour: mark.colour(),
             ..NOTE
         };
-        let left = (x - 4.0).min(panel.frame.right() - font.width(&mark.text));
-        if joint == 0 && left >= free {
-            drawing.text((left, panel.frame.y - LANE_PX), &mark.text, font, false);
-            free = left + font.width(&mark.text) + 8.0;
+        let (x, _) = panel.at(mark.time_s, panel.y.low);
+        let width = font.width(&mark.text);
+        let left = (x - 4.0).min(panel.frame.right() - width);
+        if left >= free {
+            drawing.text((left, y), &mark.text, font, false);
+            free = left + width + 8.0;
         }
     }
-    draw_faults(drawing, panel, run);
+}
+
+/// Marks within the time axis.
+fn shown<'a>(panel: &Panel, run: &'a Run) -> impl Iterator<Item = &'a Mark> + use<'a> {
+    let range = panel.x.low..=panel.x.high;
+    run.marks
+        .iter()
+        .filter(move |mark| range.contains(&mark.time_s))
 }
 
 /// Shades an interval of time.

@@ -18,7 +18,7 @@ use super::reduce::{angle, error_rad, reference};
 use super::run::Run;
 use super::spectrum::SIGNALS;
 use super::tracking::ZERO;
-use super::{Figure, marks, path, phase, spectrum, titled};
+use super::{Figure, WIDTH, marks, path, phase, spectrum, titled};
 
 /// Colour of each run; a ninth has that of the first.
 const RUNS: [&str; 8] = [
@@ -64,12 +64,30 @@ fn begin(title: &str, runs: &[Run], panels_px: f64, notes: &[String]) -> (Drawin
     for (place, name) in names.iter().enumerate() {
         let y = 58.0 + LINE_PX * place as f64;
         drawing.line((26.0, y - 4.0), (52.0, y - 4.0), stroke(place));
-        let note = notes
-            .get(place)
-            .map_or_else(String::new, |note| format!("   {note}"));
-        drawing.text((60.0, y), &format!("{name}{note}"), font, false);
+        let note = notes.get(place).map_or("", String::as_str);
+        let right = WIDTH - 24.0 - font.width(note);
+        drawing.text(
+            (60.0, y),
+            &shortened(name, &font, right - 80.0),
+            font,
+            false,
+        );
+        let anchor = Anchor::End;
+        drawing.text((WIDTH - 24.0, y), note, Font { anchor, ..font }, false);
     }
     (drawing, top)
+}
+
+/// A text that is not wider than this in px.
+fn shortened(text: &str, font: &Font, width: f64) -> String {
+    if font.width(text) <= width {
+        return text.to_owned();
+    }
+    let mut short: Vec<char> = text.chars().collect();
+    while font.width(&short.iter().collect::<String>()) > width {
+        short.pop();
+    }
+    short.into_iter().chain(['…']).collect()
 }
 
 /// Time axis of all runs: from where the first begins to where the last ends.
@@ -102,13 +120,15 @@ fn time_panels(
             x_title,
             Some(y_title),
         );
-        for run in runs {
+        for run in &runs[1..] {
             marks::draw_gaps(drawing, &panel, run);
-        }
-        draw(drawing, &panel, joint);
-        for run in runs {
             marks::draw_faults(drawing, &panel, run);
         }
+        marks::draw(drawing, &panel, &runs[0], joint);
+        if joint == 0 {
+            marks::draw_texts(drawing, &panel, &runs[0], top - 27.0);
+        }
+        draw(drawing, &panel, joint);
     }
 }
 

@@ -145,7 +145,7 @@ pub(super) fn draw_panel(
         frame,
         x: Axis {
             scale: Scale::Log,
-            low: first_hz.fold(rate_hz / 100.0, f64::min),
+            low: first_hz.reduce(f64::min).unwrap_or(rate_hz / 100.0),
             high: rate_hz / 2.0,
         },
         y: Axis {

@@ -37,6 +37,9 @@ pub(super) fn draw(run: &Run) -> Drawing {
         panel.draw(&mut drawing, &title, x_title, Some("torque (N m)"));
         draw_pwm_axis(&mut drawing, &panel, run, joint);
         marks::draw(&mut drawing, &panel, run, joint);
+        if joint == 0 {
+            marks::draw_texts(&mut drawing, &panel, run, marks::LANE_PX);
+        }
         panel.level(&mut drawing, 0.0, Stroke::solid(FRAME, 1.2));
         for limit in limits[joint] {
             panel.level(&mut drawing, limit, LIMIT);

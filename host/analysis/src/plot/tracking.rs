@@ -53,6 +53,9 @@ pub(super) fn draw(run: &Run) -> Drawing {
             x: run.time_axis(),
             y: axes.full,
         };
+        if joint == 0 {
+            marks::draw_texts(&mut drawing, &panel, run, marks::LANE_PX);
+        }
         let Some(enlarged) = axes.enlarged else {
             draw_panel(&mut drawing, &panel, run, joint, &title, last, STRIP_PX);
             draw_intervals(&mut drawing, &panel, run, joint);

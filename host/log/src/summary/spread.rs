@@ -17,15 +17,6 @@ pub struct Spread {
     pub max: u32,
 }
 
-impl Spread {
-    /// Distribution of these values, in any order; all zero if there are none.
-    pub fn from_values(values: impl IntoIterator<Item = u32>) -> Self {
-        let mut counts = Counts::default();
-        values.into_iter().for_each(|value| counts.add(value));
-        counts.spread()
-    }
-}
-
 /// Count of each value, for exact results; memory grows with the number of different
 /// values, not with the run.
 #[derive(Clone, Debug, Default)]

@@ -204,8 +204,8 @@ fn the_same_seed_is_the_same_and_another_is_not() {
     let text = printed(&folder, &["diff", "a", "stiff", "again"], 1);
     for words in [
         "settings   1 differ",
-        "  controller.q\n    A  30.0, ",
-        "    B  60.0, ",
+        "  controller.q\n    A  [30.0, ",
+        "    B  [60.0, ",
         "B against A",
         "torque_nm_1",
         "C against A",
@@ -234,9 +234,9 @@ fn the_same_seed_is_the_same_and_another_is_not() {
     for words in [
         "3 runs",
         "test · simulated: bench · period 1000 µs<",
-        "seed 1 · controller.q 30.0, ",
-        "seed 2 · controller.q 30.0, ",
-        "seed 1 · controller.q 60.0, ",
+        ">control compensated · seed 1<",
+        ">control compensated · seed 2<",
+        ">seed 1 · controller.q 60.0, 60.0, 0.3, 0.3<",
         "minus the first: rms ",
         "time since the runs are aligned (s)",
     ] {
@@ -348,4 +348,26 @@ fn figures_have_the_period_in_force_and_keep_other_files() {
     let window = printed(&folder, &args, 0);
     assert!(window.ends_with("angles-2.svg\n"), "{window}");
     assert_eq!(fs::read(run.join("angles.svg")).unwrap(), own);
+}
+
+#[test]
+fn pushes_are_marked_over_all_panels() {
+    let folder = folder("pushes");
+    printed(&folder, &["run", "push"], 0);
+    let args = [
+        "plot",
+        "--format",
+        "svg",
+        "--what",
+        "angles,tracking,torque",
+        "--out",
+        "new",
+    ];
+    printed(&folder, &args, 0);
+    for name in ["angles", "tracking", "torque"] {
+        let svg = fs::read_to_string(folder.join(format!("new/{name}.svg"))).unwrap();
+        for words in ["push +0.50 N m on joint 1", "push −0.50 N m on joint 2"] {
+            assert!(svg.contains(words), "no {words:?} in {name}");
+        }
+    }
 }

@@ -211,8 +211,8 @@ impl Diff {
                 .map(|source| source.head.path.display().to_string())
                 .collect(),
             aligned: match event {
-                Align::Drive => "where the arm is first driven",
-                Align::Setpoint => "the first change of the reference",
+                Align::Drive => "the arm is first driven",
+                Align::Setpoint => "the reference first changes",
                 Align::Start => "the first armed tick",
             },
             settings: setting_differences(&sources),
