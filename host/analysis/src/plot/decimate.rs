@@ -70,7 +70,7 @@ fn keep_visible(column: &mut Vec<(f64, f64)>, piece: &mut Vec<(f64, f64)>) {
 pub(super) fn distinct(points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
     let mut seen = std::collections::HashSet::new();
     points
-        .filter(|(x, y)| seen.insert(((x / 1.5).round() as i64, (y * 2.0).round() as i64)))
+        .filter(|(x, y)| seen.insert(((x / 1.5).round() as i64, (y / 1.5).round() as i64)))
         .collect()
 }
 

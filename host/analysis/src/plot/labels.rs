@@ -102,7 +102,7 @@ fn differing_settings(runs: &[Run]) -> Vec<Vec<String>> {
             let text = text.trim_matches(['[', ']', '"']);
             Some(format!("{} {text}", parameter.key))
         })
-        .collect()
+        .collect::<Vec<_>>()
     };
     runs.iter().enumerate().map(words_of).collect()
 }

@@ -49,7 +49,6 @@ pub use png::RasterError;
 pub use preview::draw_preview;
 
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 
 use armbridge_log::output_file::{self, Existing};
 use armbridge_log::recording::ReadError;
@@ -60,9 +59,6 @@ pub use run::Run;
 
 use drawing::{Anchor, Drawing, Font};
 use panel::{INK, MUTED};
-
-/// Figures that are rendered at once.
-const RENDERERS: usize = 2;
 
 /// Width of every figure in px.
 pub(crate) const WIDTH: f64 = 1040.0;
@@ -244,41 +240,25 @@ pub fn draw(
 }
 
 /// Writes named drawings into a folder, as SVG and PNG.
-pub(crate) fn write_all<N: AsRef<str> + Send>(
+pub(crate) fn write_all<N: AsRef<str>>(
     folder: &Path,
-    figures: impl IntoIterator<Item = (N, Drawing), IntoIter: Send>,
+    figures: impl IntoIterator<Item = (N, Drawing)>,
 ) -> Result<Vec<PathBuf>, PlotError> {
     write_as(folder, Formats::ALL, figures)
 }
 
 /// Writes named drawings into a folder; returns the files, SVG before PNG.
-pub(crate) fn write_as<N: AsRef<str> + Send>(
+pub(crate) fn write_as<N: AsRef<str>>(
     folder: &Path,
     formats: Formats,
-    figures: impl IntoIterator<Item = (N, Drawing), IntoIter: Send>,
+    figures: impl IntoIterator<Item = (N, Drawing)>,
 ) -> Result<Vec<PathBuf>, PlotError> {
-    // Pixels take most of the time and of the memory, so two figures are rendered at once.
-    let figures = Mutex::new(figures.into_iter().enumerate());
-    let next = || figures.lock().ok()?.next();
-    let work = || {
-        let mut written = Vec::new();
-        while let Some((place, (name, drawing))) = next() {
-            let files = write_figure(folder, formats, name.as_ref(), &drawing)?;
-            written.push((place, files));
-        }
-        Ok::<_, PlotError>(written)
-    };
-    let written: Vec<Vec<_>> = std::thread::scope(|scope| {
-        let threads = [(); RENDERERS].map(|()| scope.spawn(work));
-        let join = |thread: std::thread::ScopedJoinHandle<'_, _>| {
-            let written = thread.join();
-            written.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-        };
-        threads.map(join).into_iter().collect::<Result<_, _>>()
-    })?;
-    let mut written: Vec<_> = written.into_iter().flatten().collect();
-    written.sort_by_key(|(place, _)| *place);
-    Ok(written.into_iter().flat_map(|(_, files)| files).collect())
+    let mut files = Vec::new();
+    // One by one: the pixels of a figure take more memory than an hour's run.
+    for (name, drawing) in figures {
+        files.extend(write_figure(folder, formats, name.as_ref(), &drawing)?);
+    }
+    Ok(files)
 }
 
 /// Writes a drawing into a folder; returns the files.

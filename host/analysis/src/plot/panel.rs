@@ -50,7 +50,7 @@ const TICK_SPACING_X: f64 = 70.0;
 const TICK_SPACING_Y: f64 = 34.0;
 
 /// Side of a square in px through which a curve is traced once.
-const TRACE_PX: f64 = 1.0;
+const TRACE_PX: f64 = 1.5;
 
 /// A framed area with two axes.
 #[derive(Clone, Copy, Debug)]

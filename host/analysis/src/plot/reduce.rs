@@ -9,8 +9,8 @@
 use armbridge_client::enum_names;
 use armbridge_shared::link::message::{Record, Sample};
 
-/// Largest number of ticks in memory: 160 s at 1 kHz, some 30 MB.
-const TICKS_MAX: usize = 160_000;
+/// Largest number of ticks in memory: 80 s at 1 kHz, some 10 MB.
+const TICKS_MAX: usize = 80_000;
 
 /// Smallest width of a column in s: one tick at the highest rate.
 const COLUMN_S: f64 = 1e-3;
@@ -117,8 +117,8 @@ impl Reduced {
     pub(super) fn add(&mut self, tick: Tick) {
         if self.ticks.len() >= self.most {
             self.reduce();
-            // Half is free again, so that each tick is looked at a few times only.
-            while self.ticks.len() > self.most / 2 {
+            // A quarter is free again, so that each tick is looked at a few times only.
+            while self.ticks.len() > self.most / 4 * 3 {
                 self.column_s *= 2.0;
                 self.reduce();
             }
@@ -138,18 +138,15 @@ impl Reduced {
     /// Omits what is invisible in columns of this width.
     fn reduce(&mut self) {
         let column = |tick: &Tick| (tick.time_s / self.column_s).floor();
-        let mut kept = Vec::with_capacity(self.most);
+        let columns = self.ticks.chunk_by(|a, b| column(a) == column(b));
+        let mut is_kept = columns.flat_map(visible).collect::<Vec<_>>().into_iter();
         let mut follows = true;
-        for column in self.ticks.chunk_by(|a, b| column(a) == column(b)) {
-            for (tick, is_kept) in column.iter().zip(visible(column)) {
-                follows &= tick.follows;
-                if is_kept {
-                    kept.push(Tick { follows, ..*tick });
-                    follows = true;
-                }
-            }
-        }
-        self.ticks = kept;
+        self.ticks.retain_mut(|tick| {
+            tick.follows &= follows;
+            let is_kept = is_kept.next().unwrap_or(true);
+            follows = is_kept || tick.follows;
+            is_kept
+        });
     }
 }
 

@@ -6,7 +6,7 @@
 use std::collections::HashSet;
 
 /// Largest number of cells: more than a figure shows apart.
-const CELLS_MAX: usize = 100_000;
+const CELLS_MAX: usize = 50_000;
 
 /// A curve, point by point; a point that is not finite makes a gap.
 #[derive(Clone, Debug)]
