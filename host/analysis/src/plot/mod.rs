@@ -70,8 +70,8 @@ pub enum PlotError {
     #[error(transparent)]
     Read(#[from] ReadError),
     /// The name of a file has an ending of no format.
-    #[error("{} is no picture that can be drawn: name it .svg or .png, or without an ending for both", .0.display())]
-    Format(PathBuf),
+    #[error("expected a file ending in .svg or .png, or a name without an ending for both")]
+    Format,
     /// A file cannot be written.
     #[error("cannot write {path}: {source}", path = path.display())]
     Write {
@@ -188,7 +188,7 @@ impl Formats {
                 svg: false,
                 ..Self::ALL
             }),
-            Some(_) => Err(PlotError::Format(path.to_path_buf())),
+            Some(_) => Err(PlotError::Format),
         }
     }
 }

@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use armbridge::config::Config;
 use armbridge_analysis::design;
 use armbridge_analysis::design::Design;
+use armbridge_analysis::plot::Formats;
 use armbridge_client::params;
 use armbridge_client::refusal_text;
 use armbridge_client::stdio;
@@ -57,7 +58,7 @@ pub(crate) struct DesignArgs {
     /// [default: armbridge.toml itself, if there is one].
     #[arg(long, value_name = "FILE")]
     pub(crate) arm: Option<PathBuf>,
-    /// Draw the step response to this file, as .svg and as .png.
+    /// Draw the step response to this .svg or .png; without an ending, to both.
     #[arg(long, value_name = "FILE", value_parser = figure)]
     pub(crate) plot: Option<PathBuf>,
     /// Write the controller, the estimator and the period to a file, for `params --from`,
@@ -112,12 +113,8 @@ fn value(text: &str) -> Result<Value, std::convert::Infallible> {
 /// A file that a figure can be drawn to.
 fn figure(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
-    match path.extension().and_then(std::ffi::OsStr::to_str) {
-        None | Some("svg" | "png") => Ok(path),
-        Some(_) => {
-            Err("expected a file ending in .svg or .png, or without an ending for both".into())
-        }
-    }
+    let formats = Formats::of_file(&path).map_err(|error| error.to_string());
+    formats.map(|_| path)
 }
 
 /// Sum and product of each joint's two poles.
@@ -174,14 +171,10 @@ pub(crate) fn run(args: &DesignArgs) -> Outcome {
         write_file(path, &settings, args.force.chosen())?;
     }
     if let Some(path) = &args.plot {
-        let files = match path.extension() {
-            Some(_) => vec![path.clone()],
-            None => ["svg", "png"]
-                .map(|ending| path.with_extension(ending))
-                .into(),
-        };
-        for file in &files {
-            args.force.make_room(file)?;
+        let formats = Formats::of_file(path)?;
+        let endings = [("svg", formats.svg), ("png", formats.png)];
+        for (ending, _) in endings.into_iter().filter(|(_, is_drawn)| *is_drawn) {
+            args.force.make_room(&path.with_extension(ending))?;
         }
         for file in design::draw_step(&setup, path)? {
             say(args, &format!("drawn: {}", file.display()))?;

@@ -181,7 +181,7 @@ fn what_cannot_be_designed_is_refused_in_words() {
             "cannot read nowhere.toml",
         ),
         (&["design", "--plot", "no/where.svg"], "no/where"),
-        (&["design", "--plot", "step.bmp"], "name it .svg or .png"),
+        (&["design", "--plot", "step.bmp"], "ending in .svg or .png"),
         (
             &["design", "--q", "1,1,1,1", "--poles", "0.5,0.5,0.5,0.5"],
             "cannot be used with",

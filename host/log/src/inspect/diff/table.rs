@@ -52,11 +52,9 @@ impl Diff {
         for setting in settings {
             writeln!(out, "  {}", setting.key)?;
             for (place, value) in setting.values.iter().enumerate() {
-                let text = value
-                    .as_ref()
-                    .map_or_else(|| "-".to_owned(), params::to_text);
-                let line = format!("    {}  {text} {}", letter(place), setting.unit);
-                writeln!(out, "{}", line.trim_end())?;
+                let show = |value| format!("{} {}", params::to_text(value), setting.unit);
+                let text = value.as_ref().map_or_else(|| "-".to_owned(), show);
+                writeln!(out, "    {}  {}", letter(place), text.trim_end())?;
             }
         }
         Ok(())
