@@ -68,7 +68,8 @@ impl Doing {
                 rig.client.stream(Method::Pwm.packets(), 10_000);
             }
         }
-        rig.pass_ms(100);
+        // A motion from rest to rest needs no torque at first.
+        rig.pass_ms(if self == Self::Track { 400 } else { 100 });
         let mode = rig.mode();
         let is_at_it = match self {
             Self::Idle => mode == Some(Mode::Idle),

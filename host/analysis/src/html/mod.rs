@@ -49,8 +49,6 @@ pub(crate) fn document(title: &str, style: &str, body: &Markup) -> String {
                 meta charset="utf-8";
                 meta http-equiv="Content-Security-Policy" content=(POLICY);
                 meta name="viewport" content="width=device-width, initial-scale=1";
-                // An empty icon, for which no browser asks the network.
-                link rel="icon" href="data:,";
                 title { (title) }
                 style { (PreEscaped(STYLE)) (PreEscaped(style)) }
             }

@@ -164,7 +164,10 @@ fn own_control_that_grows_is_refused_with_its_eigenvalue() {
             "the closed loop would grow: eigenvalue",
         ),
         (
-            &["estimator.poles_45ms=0.8±0.7i,0.1,0.1"],
+            &[
+                "estimator.kind=luenberger",
+                "estimator.poles_45ms=0.8±0.7i,0.1,0.1",
+            ],
             "magnitude below 1",
         ),
         (&["controller.q=1e38,1,1,1"], "from 0 to 1000000"),

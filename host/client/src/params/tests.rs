@@ -246,7 +246,7 @@ fn errors_have_the_permitted_values() {
         (
             "controller.q",
             "1,nan,1,1",
-            "`controller.q` cannot be [1, nan, 1, 1]: it takes 4 numbers from 0 up, as \
+            "`controller.q` cannot be [1, nan, 1, 1]: it takes 4 numbers from 0 to 1000000, as \
              [15.0, 15.0, 1.0, 1.0]",
         ),
     ] {

@@ -82,7 +82,7 @@ fn a_log_is_told_drawn_and_exported() {
     printed(&folder, &["export", "csv"], 0);
     let csv = fs::read_to_string(run.join("run.csv")).unwrap();
     assert_eq!(csv.lines().count() as u64, ticks + 1);
-    assert!(csv.starts_with("time_s,tick,mode,"));
+    assert!(csv.starts_with("time_s,tick,board_mode,"));
 
     let plots = printed(&folder, &["plot", "--format", "svg", "--out", "plots"], 0);
     assert_eq!(plots.lines().count(), 7, "{plots}");

@@ -63,7 +63,11 @@ fn every_program_that_has_the_link_stops() {
         assert_ends(&owner.wait_with_output().unwrap(), code, words);
         // Nobody has it now, and the board takes the stop itself.
         assert_ends(&run(&board.link, &["stop"]), 0, "stopped: emergency stop");
-        assert_ends(&run(&board.link, &["clear"]), 0, "no fault is latched");
+        assert_ends(
+            &run(&board.link, &["clear"]),
+            0,
+            "is cleared; motors are off",
+        );
     }
 }
 
@@ -118,7 +122,11 @@ fn a_socket_that_is_left_behind_is_in_nobodys_way() {
         owner.wait().unwrap();
         assert_eq!(stop_socket::ask(&board.link), None);
         assert_ends(&run(&board.link, &["stop"]), 0, "stopped: emergency stop");
-        assert_ends(&run(&board.link, &["clear"]), 0, "no fault is latched");
+        assert_ends(
+            &run(&board.link, &["clear"]),
+            0,
+            "is cleared; motors are off",
+        );
     }
     // And its name is taken again.
     let owner = Manned::on(&board.link, Duration::ZERO);

@@ -27,8 +27,8 @@ fn get_shows_what_the_board_has() {
     assert_eq!(hold[0]["takes"], json!("an integer from 0 to 2000"));
     // A group is all of its parameters; of other kinds only if asked for.
     let group = |args: &[&str]| program.json(args).as_array().unwrap().len();
-    assert_eq!(group(&["params", "controller", "--json"]), 3);
-    assert_eq!(group(&["params", "controller", "--all", "--json"]), 6);
+    assert_eq!(group(&["params", "controller", "--json"]), 4);
+    assert_eq!(group(&["params", "controller", "--all", "--json"]), 7);
     let gain = program.says(&["params", "controller.gain"]);
     assert!(gain.contains("Only with controller.kind gain"), "{gain}");
     program.fails(&["params", "limits.hold"], &["is it `limits.hold_ms`?"]);
@@ -158,7 +158,10 @@ fn a_design_goes_to_the_board_by_hand_or_by_file() {
 fn what_cannot_be_designed_is_refused_in_words() {
     let program = Program::new();
     for (args, words) in [
-        (["design", "--q", "1,2"].as_slice(), "4 numbers from 0 up"),
+        (
+            ["design", "--q", "1,2"].as_slice(),
+            "4 numbers from 0 to 1000000",
+        ),
         (
             &["design", "--q", "0,0,0,0"],
             "no gains exist for these weights",

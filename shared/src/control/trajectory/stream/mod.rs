@@ -40,6 +40,7 @@
 
 mod way;
 
+pub use self::way::Point;
 use self::way::{Knot, Way};
 use super::bounds::{Bounds, Peak};
 use super::range::check_start;
@@ -53,17 +54,6 @@ use nalgebra::{ComplexField, Vector2};
 pub const POINTS_MAX: usize = 8;
 /// Least time from one point to the next, and to the first: a tick.
 pub const SPACING_MIN_US: u64 = 1000;
-
-/// Where the arm shall be at a time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point<T> {
-    /// Of the board's clock.
-    pub at_us: u64,
-    /// In rad.
-    pub q: Vector2<T>,
-    /// In rad/s; `None` to have it made of the neighbours.
-    pub dq: Option<Vector2<T>>,
-}
 
 /// Why a point is refused; those before it stay.
 #[derive(Clone, Copy, Debug, PartialEq)]

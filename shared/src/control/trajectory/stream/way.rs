@@ -2,11 +2,21 @@
 
 use super::super::bounds::{Bounds, Peak, Quantity};
 use super::super::quintic::Quintic;
-use super::Point;
 use crate::check_word::checked;
 use crate::control::Reference;
 use crate::real::Real;
 use nalgebra::Vector2;
+
+/// Where the arm shall be at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point<T> {
+    /// Of the board's clock.
+    pub at_us: u64,
+    /// In rad.
+    pub q: Vector2<T>,
+    /// In rad/s; `None` to have it made of the neighbours.
+    pub dq: Option<Vector2<T>>,
+}
 
 /// Where a stream is at a time: a point, with the speed and acceleration that it is passed at.
 #[derive(Clone, Copy, Debug)]
