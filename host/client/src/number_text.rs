@@ -7,7 +7,9 @@ pub fn beside_limit(value: f32, limit: f32, decimals: usize) -> [String; 2] {
     let text = |decimals: usize| [value, limit].map(|number| format!("{number:.decimals$}"));
     let mut texts = (decimals..=9).map(text);
     texts
-        .find(|[value_text, limit_text]| value == limit || value_text != limit_text)
+        .find(|[value_text, limit_text]| {
+            value_text != limit_text || value.to_bits() == limit.to_bits()
+        })
         .unwrap_or_else(|| [value, limit].map(|number| format!("{number:e}")))
 }
 

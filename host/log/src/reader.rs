@@ -30,6 +30,10 @@ use crate::run_info::RunFacts;
 const CHUNK_HEADER: usize = 8 + 8 + 8 + 4 + 4 + 8;
 
 /// Content of a message.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one at a time is on the stack, and a box for each would be allocated"
+)]
 enum Item {
     Event(Event),
     /// True state of a simulated arm at the start of this tick.

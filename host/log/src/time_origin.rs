@@ -81,7 +81,7 @@ impl RunTimes {
             let (_, first) = *self
                 .driven
                 .get_or_insert((self.now_s, record.reference_rad));
-            if first != record.reference_rad {
+            if first.map(f32::to_bits) != record.reference_rad.map(f32::to_bits) {
                 self.setpoint_s.get_or_insert(self.now_s);
             }
         }

@@ -8,7 +8,7 @@
 //! With `L = A Lc` the predictions x- are those of (11), see
 //! [`placement`].
 
-use super::Error;
+use super::error::Error;
 use super::joint_estimate::Estimate;
 use super::model::Model;
 use crate::JOINTS;

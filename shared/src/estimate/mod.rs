@@ -34,12 +34,14 @@
 //! for one that is being pushed. [`Kalman`] has Coriolis torque and dry friction
 //! too, and finds the torque that is left.
 
+mod error;
 mod finite_difference;
 mod joint_estimate;
 mod kalman;
 mod luenberger;
 mod model;
 
+pub use error::Error;
 pub use finite_difference::FiniteDifference;
 pub use joint_estimate::Estimate;
 pub use kalman::{Kalman, Tuning};
@@ -52,7 +54,6 @@ use crate::JOINTS;
 use crate::arm::{Parameters, Posture, State};
 use crate::check_word::{CheckWord, Checked};
 use crate::design::placement::{self, Poles};
-use crate::design::stability::Eigenvalue;
 use crate::real::Real;
 use nalgebra::Vector2;
 use postcard::experimental::max_size::MaxSize;
@@ -86,21 +87,6 @@ pub enum Config<T> {
     },
     /// Extended Kalman filter with disturbance torques.
     Kalman(Tuning<T>),
-}
-
-/// Reason why an estimator cannot be built.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Error<T> {
-    /// The period is not positive, or not finite.
-    Period,
-    /// The filter's time constant is negative, or not finite.
-    Filter,
-    /// The filter's tuning is not finite, or beyond all reason.
-    Noise,
-    /// The observer's poles cannot be placed.
-    Placement(placement::Error),
-    /// The observer's error would not decay: its largest eigenvalue.
-    Unstable(Eigenvalue<T>),
 }
 
 impl<T: Real> Config<T> {

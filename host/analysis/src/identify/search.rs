@@ -84,7 +84,7 @@ impl<'a> Search<'a> {
     fn levenberg_marquardt(mut self, patience: usize) -> Self {
         /// Relative change of cost and coordinates at convergence: a thousandth of their
         /// uncertainty.
-        const TOLERANCE: f64 = 1e-6;
+        const TOLERANCE: f64 = 1e-9;
 
         let limits = Limits {
             tolerance: TOLERANCE,

@@ -136,8 +136,9 @@ fn ticks(run: &Run) -> Vec<Tick<'_>> {
 
 /// Start of the first tick with the final reference.
 fn last_change_us(ticks: &[Tick]) -> Option<u64> {
-    let end = ticks.last()?.record.reference_rad;
-    let is_other = |tick: &Tick| tick.record.reference_rad != end;
+    let bits = |tick: &Tick| tick.record.reference_rad.map(f32::to_bits);
+    let end = bits(ticks.last()?);
+    let is_other = |tick: &Tick| bits(tick) != end;
     let first = ticks
         .iter()
         .rposition(is_other)

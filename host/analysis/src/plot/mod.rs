@@ -177,7 +177,7 @@ impl Formats {
     /// # Errors
     /// If the ending is another.
     pub fn of_file(path: &Path) -> Result<Self, PlotError> {
-        let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
+        let ending = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
         match ending.as_deref().map(|ending| ending.to_string_lossy()) {
             None => Ok(Self::ALL),
             Some(ending) if ending == "svg" => Ok(Self {

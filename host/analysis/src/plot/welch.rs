@@ -163,7 +163,9 @@ mod tests {
     fn spectrum(pieces: &[Vec<f64>], rate_hz: f64) -> Option<Spectrum> {
         let mut welch = Welch::default();
         for piece in pieces {
-            piece.iter().for_each(|sample| welch.add(*sample));
+            for sample in piece {
+                welch.add(*sample);
+            }
             welch.gap();
         }
         welch.spectrum(rate_hz)

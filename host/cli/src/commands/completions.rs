@@ -1,5 +1,6 @@
 //! `armbridge completions`: a shell's completions, from the definitions of the command line.
 
+use std::fmt::Write as _;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -55,11 +56,12 @@ fn with_files(shell: Shell, mut script: String) -> String {
                 ("sweep", scenario_names()),
                 ("plants", plant_names()),
             ] {
-                script.push_str(&format!(
+                let _ = writeln!(
+                    script,
                     "complete -c armbridge -n \"__fish_armbridge_using_subcommand {command}\" -a \
-                     \"{}\"\n",
+                     \"{}\"",
                     names.join(" ")
-                ));
+                );
             }
         }
         _ => {}

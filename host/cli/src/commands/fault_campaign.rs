@@ -99,15 +99,12 @@ fn seeds(text: &str) -> Result<Range<u64>, String> {
 
 pub(crate) fn run(args: &FaultCampaignArgs) -> Outcome {
     ctrl_c::listen()?;
-    let (outcomes, seeds, text) = match args.seed {
-        Some(seed) => {
-            let (outcome, story) = fault_campaign::run_with_trace(seed);
-            (vec![outcome], 1, Some(story))
-        }
-        None => {
-            let (outcomes, seeds) = campaign(args);
-            (outcomes, seeds, None)
-        }
+    let (outcomes, seeds, text) = if let Some(seed) = args.seed {
+        let (outcome, story) = fault_campaign::run_with_trace(seed);
+        (vec![outcome], 1, Some(story))
+    } else {
+        let (outcomes, seeds) = campaign(args);
+        (outcomes, seeds, None)
     };
     let report = Report::new(&outcomes);
     let text = if args.json {

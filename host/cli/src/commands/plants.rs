@@ -45,7 +45,7 @@ pub(crate) fn run(args: &PlantsArgs) -> Outcome {
         None if args.json => {
             let plants = PLANTS.iter();
             let rows = plants.map(|plant| json!({ "name": plant.name, "about": plant.about() }));
-            format!("{}\n", Value::from_iter(rows))
+            format!("{}\n", rows.collect::<Value>())
         }
         None => {
             let plants = PLANTS.iter();

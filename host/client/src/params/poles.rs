@@ -45,7 +45,8 @@ fn of_pair(first: (f64, f64), second: (f64, f64)) -> Option<Poles<f32>> {
         return (is_valid(re) && is_valid(other_re))
             .then_some(Poles::Real(re + 0.0, other_re + 0.0));
     }
-    let is_pair = re == other_re && im == -other_im && re.hypot(im) < 1.0;
+    let is_conjugate = [re, im].map(f32::to_bits) == [other_re, -other_im].map(f32::to_bits);
+    let is_pair = is_conjugate && re.hypot(im) < 1.0;
     is_pair.then_some(Poles::Conjugate {
         re: re + 0.0,
         im: im.abs(),

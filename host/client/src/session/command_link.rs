@@ -156,7 +156,7 @@ impl CommandLink {
             match self.decoder.push::<ToHost>(*byte) {
                 None => {}
                 Some(Ok(received)) => {
-                    if let Some(message) = self.take(received) {
+                    if let Some(message) = self.take(&received) {
                         return Some(message);
                     }
                 }
@@ -173,7 +173,7 @@ impl CommandLink {
         None
     }
 
-    fn take(&mut self, received: Received<ToHost>) -> Option<BoardMessage> {
+    fn take(&mut self, received: &Received<ToHost>) -> Option<BoardMessage> {
         let lost = u64::from(received.lost);
         self.stats.lost += lost;
         self.stats.sent += lost + 1;

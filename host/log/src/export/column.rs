@@ -5,6 +5,8 @@
 //! [`Record`] or of the [`TrueState`], to the bit. An enum or a set of bits is a word: an index into a list of
 //! [`Words`], whose first is empty for no value.
 
+use std::fmt::Write as _;
+
 use armbridge_client::enum_names;
 use armbridge_client::simulation::TrueState;
 use armbridge_shared::link::message::{Guards, Record};
@@ -320,7 +322,8 @@ pub fn markdown() -> String {
     let mut text = String::from("| column | unit | meaning |\n|---|---|---|\n");
     let mut row = |names: &[&str], unit: &str, about: &str| {
         let names: Vec<_> = names.iter().map(|name| format!("`{name}`")).collect();
-        text += &format!("| {} | {unit} | {about} |\n", names.join(", "));
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "| {} | {unit} | {about} |", names.join(", "));
     };
     for quantity in &QUANTITIES {
         row(quantity.columns, quantity.unit, quantity.about);

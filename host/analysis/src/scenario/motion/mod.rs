@@ -63,7 +63,7 @@ pub(super) fn scenario(
     let bench = bench.map_err(|mistake| located(mistake.into()))?;
 
     let path = Path::new(&samples, &settings);
-    let line_of = |at_s: f64| path.sample(&samples, at_s).byte;
+    let line_of = |at_s: f64| Path::sample(&samples, at_s).byte;
     // A run-up to such a motion would have no sensible length.
     if let Some((at_s, message)) = path.beyond() {
         return Err(wrong((line_of(at_s), message)));
@@ -228,7 +228,7 @@ impl Path {
     }
 
     /// The sample before a time of the motion.
-    fn sample<'a>(&self, samples: &'a [Sample], at_s: f64) -> &'a Sample {
+    fn sample(samples: &[Sample], at_s: f64) -> &Sample {
         // Half a nanosecond for rounding.
         let at_s = samples[0].at_s + at_s + 5e-10;
         let after = samples.partition_point(|sample| sample.at_s <= at_s);

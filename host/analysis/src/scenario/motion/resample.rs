@@ -126,9 +126,9 @@ fn interpolated(samples: &[Sample], spacing_s: f64) -> Vec<Knot> {
                 at_s: a.at_s - start_s + x * width_s,
                 ..Knot::default()
             };
-            for joint in 0..JOINTS {
+            for (joint, slopes) in slopes.iter().enumerate() {
                 let ends = [a.angle_rad[joint], b.angle_rad[joint]];
-                let speeds = [slopes[joint][number], slopes[joint][number + 1]];
+                let speeds = [slopes[number], slopes[number + 1]];
                 let [q, dq, ddq] = hermite(ends, speeds, width_s, x);
                 (knot.q[joint], knot.dq[joint], knot.ddq[joint]) = (q, dq, ddq);
             }

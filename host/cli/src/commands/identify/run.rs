@@ -65,7 +65,7 @@ pub(crate) struct IdentifyRunArgs {
     /// Send the identified arm to the board, with gains for it, and save it there.
     #[arg(long)]
     pub(crate) apply: bool,
-    /// Virtual arm of sim: and emulate:: the name of one that ships (`armbridge plants`), or
+    /// Virtual arm of a simulated board: the name of one that ships (`armbridge plants`), or
     /// a file.
     #[arg(long, value_name = "NAME|FILE", value_parser = plants(), hide_possible_values = true)]
     pub(crate) plant: Option<String>,

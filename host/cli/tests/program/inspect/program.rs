@@ -289,7 +289,7 @@ fn runs_of_different_periods_are_compared_at_the_same_times() {
     let text = printed(&folder, &["diff", "slow", "fast"], 1);
     for words in [
         "periods 20000 and 1000 us: angles and speeds of B are",
-        "setup.period_us\n    A  20000 us\n    B  1000 us",
+        "setup.period_us\n        A  20000 µs\n        B  1000 µs",
     ] {
         assert!(text.contains(words), "no {words:?} in\n{text}");
     }

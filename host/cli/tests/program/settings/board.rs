@@ -176,7 +176,7 @@ fn what_cannot_be_designed_is_refused_in_words() {
         ),
         (
             &["design", "--estimator", "kalmann"],
-            "\"luenberger\", \"kalman\" or \"difference\"",
+            "\"luenberger\", \"kalman\", \"difference\" or \"gain\"",
         ),
         (&["design", "--save"], "--apply"),
         (
