@@ -340,6 +340,7 @@ fn figures_have_the_period_in_force_and_keep_other_files() {
     let spectrum = fs::read_to_string(run.join("spectrum.svg")).unwrap();
     // Half of 22.2 Hz is the highest frequency.
     assert!(spectrum.contains("period 45000 µs") && spectrum.contains(">10<"));
+    assert!(!spectrum.contains(">20<") && !spectrum.contains(">100<"));
     // The axis reaches to the period.
     let timing = fs::read_to_string(run.join("timing.svg")).unwrap();
     assert!(timing.contains(">40000<"), "{timing}");
