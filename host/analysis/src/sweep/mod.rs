@@ -2,7 +2,7 @@
 //!
 //! Each run is the one that `armbridge run` makes of the same scenario, settings and seed, to
 //! the bit, without its log. Figures are of the board's estimate, as in the summary of a
-//! run; [`monte_carlo`](crate::monte_carlo) has those of the true arm.
+//! run; [`monte_carlo`] has those of the true arm.
 //!
 //! | file     | contents                                             |
 //! |----------|------------------------------------------------------|
