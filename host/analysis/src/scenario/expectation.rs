@@ -1,7 +1,7 @@
 //! Monitor of a scenario's expectations.
 
 use armbridge_client::experiment_text;
-use armbridge_log::summary::{SETTLED_RAD, Summary, Tally};
+use armbridge_log::summary::{SETTLED_RAD, Settling, Summary, Tally};
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
 use armbridge_shared::link::message::Record;
@@ -109,15 +109,12 @@ impl ExpectationMonitor {
                 "never happens".into()
             }
         };
-        let settles_s = tally.slowest_settling_s();
         let rests_rad = tally.worst_steady_error_rad();
         let tracks_rad = tally.tracking_rms_mrad().map(|rms| worse(rms) * 1e-3);
         let torque_nm = worse(summary.peak_torque_nm);
         let expect = self.expect;
         [
-            miss(expect.settles_within_s, settles_s, |found, limit| {
-                format!("settling at a setpoint {}, not {limit} s", seconds(found))
-            }),
+            late_settling(expect.settles_within_s, tally.settling()),
             miss(expect.rests_within_rad, rests_rad, |found, limit| {
                 format!("a joint rests {found:.4} rad from its setpoint, not within {limit} rad")
             }),
@@ -158,6 +155,21 @@ impl ExpectationMonitor {
     }
 }
 
+/// Message if settling takes longer than its limit, or was never seen. A setpoint that ended
+/// before the limit proves neither.
+fn late_settling(limit_s: Option<f64>, settling: Settling) -> Option<String> {
+    let limit_s = limit_s?;
+    let message = |found: String| Some(format!("settling at a setpoint {found}, not {limit_s} s"));
+    match (settling.slowest_s, settling.unsettled_s) {
+        (_, Some(unsettled_s)) if unsettled_s > limit_s => {
+            message(format!("takes more than {unsettled_s:.3} s"))
+        }
+        (Some(slowest_s), _) if slowest_s <= limit_s => None,
+        (Some(slowest_s), _) => message(format!("takes {slowest_s:.3} s")),
+        (None, _) => message("was not seen".into()),
+    }
+}
+
 /// Message if a quantity exceeds its limit, or was never measured.
 fn miss(
     limit: Option<f64>,
@@ -173,5 +185,32 @@ fn miss(
         // A NaN exceeds every limit.
         Some(found) if found <= limit => None,
         Some(found) => Some(message(found, limit)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_setpoint_that_ends_before_the_limit_proves_nothing() {
+        let judge = |slowest_s, unsettled_s| {
+            let settling = Settling {
+                slowest_s,
+                unsettled_s,
+            };
+            late_settling(Some(1.2), settling)
+        };
+        assert_eq!(judge(Some(0.9), None), None);
+        assert_eq!(judge(Some(0.9), Some(0.4)), None);
+        for (slowest_s, unsettled_s, words) in [
+            (Some(0.9), Some(1.3), "takes more than 1.300 s, not 1.2 s"),
+            (Some(1.3), Some(0.4), "takes 1.300 s"),
+            (None, Some(0.4), "was not seen"),
+            (None, None, "was not seen"),
+        ] {
+            let missed = judge(slowest_s, unsettled_s).unwrap();
+            assert!(missed.contains(words), "{missed}");
+        }
     }
 }

@@ -140,10 +140,14 @@ pub(super) fn run(scenario: &Scenario, log: Option<&Path>) -> Result<Option<RunF
         Vec::new()
     };
     let worse = |[a, b]: [f64; JOINTS]| a.max(b);
-    let settling_s = tally.slowest_settling_s();
+    let settling = tally.settling();
+    let settled = match (settling.slowest_s, settling.unsettled_s) {
+        (None, None) => None,
+        (_, unsettled_s) => Some(unsettled_s.is_none()),
+    };
     Ok(Some(RunFigures {
-        settling_time_s: settling_s.filter(|s| s.is_finite()),
-        settled: settling_s.map(f64::is_finite),
+        settling_time_s: settling.slowest_s.filter(|_| settled == Some(true)),
+        settled,
         rest_error_mrad: tally.worst_steady_error_rad().map(|rad| 1e3 * rad),
         tracking_rms_mrad: tally.tracking_rms_mrad().map(worse),
         peak_torque_nm: worse(summary.peak_torque_nm),

@@ -151,7 +151,7 @@ fn run_with_room(program: &Program, kib: u32) -> Output {
 fn a_disk_that_fills_leaves_a_summary_and_no_half_files() {
     let program = Program::new("disk");
     // Neither the log nor the picture of the angles has room.
-    let output = run_with_room(&program, 100);
+    let output = run_with_room(&program, 40);
     let text = String::from_utf8_lossy(&output.stdout).replace("\n ", " ");
     assert_eq!(output.status.code(), Some(1), "{text}{}", stderr(&output));
     let words: Vec<&str> = text.split_whitespace().collect();

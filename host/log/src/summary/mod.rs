@@ -17,7 +17,7 @@ pub use pushes::PushSummary;
 pub use segments::{JointSummary, SETTLED_RAD, STEADY_S, Segment, SegmentSummary, segments};
 pub use spread::{Counts, Spread};
 pub use table::WIDTH;
-pub use tally::Tally;
+pub use tally::{Settling, Tally};
 
 use std::collections::BTreeMap;
 

@@ -117,6 +117,15 @@ impl SegmentSummary {
     }
 }
 
+/// Whether a joint settled at its setpoint.
+#[derive(Clone, Copy, Debug)]
+enum Settling {
+    /// It has been settled since this time, in µs.
+    At(u64),
+    /// It had not begun to settle by this time, in µs.
+    NotBy(u64),
+}
+
 /// Ticks of one segment, added one by one.
 #[derive(Clone, Debug)]
 pub(super) struct SegmentTally {
@@ -125,8 +134,8 @@ pub(super) struct SegmentTally {
     reference_rad: [f32; JOINTS],
     /// Start of the present time of each joint within the band, if it is there.
     inside_us: [Option<u64>; JOINTS],
-    /// Start of the settled time of each joint before the first push.
-    settled_before_push_us: Option<[Option<u64>; JOINTS]>,
+    /// Settling of each joint before the first push.
+    before_push: Option<[Settling; JOINTS]>,
     /// End of the last push.
     pushed_until_us: u64,
     /// Errors of the last [`STEADY_S`], and their times.
@@ -140,7 +149,7 @@ impl SegmentTally {
             last_us: record.start_us,
             reference_rad: record.reference_rad,
             inside_us: [None; JOINTS],
-            settled_before_push_us: None,
+            before_push: None,
             pushed_until_us: 0,
             tail: VecDeque::new(),
         };
@@ -177,14 +186,17 @@ impl SegmentTally {
 
     /// The arm is pushed: what settles from here on settles from the push.
     pub(super) fn push(&mut self, push: &Push) {
-        self.settled_before_push_us.get_or_insert(self.settled_us());
+        self.before_push.get_or_insert(self.settling());
         self.pushed_until_us = (push.start_ns + push.duration_ns).div_ceil(1_000);
     }
 
-    /// Start of the settled time of each joint that has been settled long enough.
-    fn settled_us(&self) -> [Option<u64>; JOINTS] {
-        let is_long = |inside_us: &u64| self.last_us - inside_us >= STEADY_US;
-        self.inside_us.map(|inside_us| inside_us.filter(is_long))
+    /// Settling of each joint up to the last tick.
+    fn settling(&self) -> [Settling; JOINTS] {
+        self.inside_us.map(|inside_us| match inside_us {
+            Some(at_us) if self.last_us.saturating_sub(at_us) >= STEADY_US => Settling::At(at_us),
+            Some(at_us) => Settling::NotBy(at_us),
+            None => Settling::NotBy(self.last_us),
+        })
     }
 
     fn is_at_rest(&self, joint: usize) -> bool {
@@ -203,9 +215,7 @@ impl SegmentTally {
             start_us: self.start_us,
             last_us: self.last_us,
             reference_rad: self.reference_rad,
-            settled_us: self
-                .settled_before_push_us
-                .unwrap_or_else(|| self.settled_us()),
+            settling: self.before_push.unwrap_or_else(|| self.settling()),
             is_at_rest: std::array::from_fn(|j| self.is_at_rest(j)),
             steady_error_rad: std::array::from_fn(|j| sum(j) / self.tail.len().max(1) as f64),
         }
@@ -218,7 +228,7 @@ pub(super) struct FinishedSegment {
     start_us: u64,
     last_us: u64,
     reference_rad: [f32; JOINTS],
-    settled_us: [Option<u64>; JOINTS],
+    settling: [Settling; JOINTS],
     is_at_rest: [bool; JOINTS],
     steady_error_rad: [f64; JOINTS],
 }
@@ -232,15 +242,20 @@ impl FinishedSegment {
         }
     }
 
-    /// Settling time of the slower joint, in s; infinite if one never settled.
-    pub(super) fn settling_s(&self) -> f64 {
-        let settling = |settled_us: Option<u64>| {
-            settled_us.map_or(f64::INFINITY, |at_us| (at_us - self.start_us) as f64 * 1e-6)
-        };
-        self.settled_us
-            .map(settling)
-            .into_iter()
-            .fold(0.0, f64::max)
+    /// Settling time of the slower joint, in s; an error with the time for which a joint
+    /// had not begun to settle, if one never did.
+    pub(super) fn settling_s(&self) -> Result<f64, f64> {
+        let seconds = |at_us: u64| at_us.saturating_sub(self.start_us) as f64 * 1e-6;
+        let (mut slower_s, mut unsettled_s) = (0.0, None);
+        for joint in self.settling {
+            match joint {
+                Settling::At(at_us) => slower_s = seconds(at_us).max(slower_s),
+                Settling::NotBy(at_us) => {
+                    unsettled_s = Some(seconds(at_us).max(unsettled_s.unwrap_or(0.0)));
+                }
+            }
+        }
+        unsettled_s.map_or(Ok(slower_s), Err)
     }
 
     /// Larger steady-state error of the joints, in rad.
@@ -259,7 +274,10 @@ impl FinishedSegment {
             let error_mrad = self.steady_error_rad[j] * 1e3;
             JointSummary {
                 reference_rad: self.reference_rad[j],
-                settling_time_s: self.settled_us[j].map(|at_us| seconds(at_us) - start_s),
+                settling_time_s: match self.settling[j] {
+                    Settling::At(at_us) => Some(seconds(at_us) - start_s),
+                    Settling::NotBy(_) => None,
+                },
                 is_at_rest: self.is_at_rest[j],
                 steady_state_error_mrad: error_mrad,
                 steady_state_error_counts: error_mrad / facts.count_mrad(j),

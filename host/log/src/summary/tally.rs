@@ -30,7 +30,7 @@ pub struct Tally {
     segments: Vec<FinishedSegment>,
     segments_left_out: u64,
     pushes: Vec<PushTally>,
-    slowest_settling_s: Option<f64>,
+    settling: Settling,
     worst_steady_error_rad: Option<f64>,
     peak_torque_nm: [f64; JOINTS],
     peak_pwm_deviation: [u16; JOINTS],
@@ -43,6 +43,17 @@ pub struct Tally {
     faults: Vec<FaultSummary>,
     tracked: u64,
     tracking_square_rad2: [f64; JOINTS],
+}
+
+/// Settling at all setpoints of a run. A joint has settled once its error stays below
+/// [`SETTLED_RAD`](super::SETTLED_RAD) for [`STEADY_S`](super::STEADY_S) and until its
+/// setpoint ends.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Settling {
+    /// Longest settling time in s, of those setpoints at which both joints settled.
+    pub slowest_s: Option<f64>,
+    /// Longest time in s for which a joint had not begun to settle, of the other setpoints.
+    pub unsettled_s: Option<f64>,
 }
 
 impl Tally {
@@ -114,7 +125,7 @@ impl Tally {
             return;
         }
         if let Some(segment) = self.segment.take() {
-            (self.slowest_settling_s, self.worst_steady_error_rad) = self.worst_with(&segment);
+            (self.settling, self.worst_steady_error_rad) = self.worst_with(&segment);
             if self.segments.len() < SEGMENTS_MAX {
                 let finished = segment.finished();
                 let is_fault = enum_names::fault_of(record.mode).is_some();
@@ -142,26 +153,28 @@ impl Tally {
         self.fault = fault;
     }
 
-    /// Longest settling time and largest steady-state error, including `segment`.
-    fn worst_with(&self, segment: &SegmentTally) -> (Option<f64>, Option<f64>) {
+    /// Settling and largest steady-state error, including `segment`.
+    fn worst_with(&self, segment: &SegmentTally) -> (Settling, Option<f64>) {
         let finished = segment.finished();
         let worst = |before: Option<f64>, now: f64| Some(before.map_or(now, |b| b.max(now)));
-        (
-            worst(self.slowest_settling_s, finished.settling_s()),
-            worst(self.worst_steady_error_rad, finished.steady_error_rad()),
-        )
+        let mut settling = self.settling;
+        match finished.settling_s() {
+            Ok(slower_s) => settling.slowest_s = worst(settling.slowest_s, slower_s),
+            Err(slower_s) => settling.unsettled_s = worst(settling.unsettled_s, slower_s),
+        }
+        let error_rad = finished.steady_error_rad();
+        (settling, worst(self.worst_steady_error_rad, error_rad))
     }
 
-    fn worst(&self) -> (Option<f64>, Option<f64>) {
+    fn worst(&self) -> (Settling, Option<f64>) {
         self.segment.as_ref().map_or(
-            (self.slowest_settling_s, self.worst_steady_error_rad),
+            (self.settling, self.worst_steady_error_rad),
             |segment| self.worst_with(segment),
         )
     }
 
-    /// Longest settling time at a setpoint, in s, infinite if a joint never
-    /// settled; none without setpoints.
-    pub fn slowest_settling_s(&self) -> Option<f64> {
+    /// Settling at the setpoints so far.
+    pub fn settling(&self) -> Settling {
         self.worst().0
     }
 

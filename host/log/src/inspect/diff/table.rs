@@ -91,7 +91,7 @@ impl RunDiff {
             };
             writeln!(
                 out,
-                "           periods {a_us} and {b_us} us: angles and speeds of {fast} are\n           \
+                "           periods {a_us} and {b_us} µs: angles and speeds of {fast} are\n           \
                  interpolated at the ticks of {slow}, the rest is that in force"
             )?;
         }
@@ -111,7 +111,7 @@ impl RunDiff {
         )?;
         writeln!(
             out,
-            "{:<18}{:>14}{:>14}{:>10}  unit",
+            "{:<18}{:>13}{:>13}{:>10}  unit",
             "", "largest", "rms", "ticks"
         )?;
         for quantity in &self.quantities {
@@ -124,7 +124,7 @@ impl RunDiff {
             } = quantity;
             let show = |value: &Option<f64>| value.map_or_else(String::new, |v| format!("{v:.3e}"));
             let (max, rms) = (show(max), show(rms));
-            writeln!(out, "{column:<18}{max:>14}{rms:>14}{ticks:>10}  {unit}")?;
+            writeln!(out, "{column:<18}{max:>13}{rms:>13}{ticks:>10}  {unit}")?;
         }
         Ok(())
     }
