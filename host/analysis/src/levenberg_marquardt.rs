@@ -163,7 +163,7 @@ fn reduction(norm: f64, candidate: f64) -> f64 {
     }
 }
 
-/// Ball in which the linear model is believed.
+/// Ball in which the linear model is trusted.
 #[derive(Debug)]
 struct TrustRegion {
     /// In scaled coordinates.

@@ -173,7 +173,7 @@ pub(crate) fn command() -> clap::Command {
     help::with_help(with_negative_numbers(Cli::command()))
 }
 
-/// `-1` is a value, not an option: what takes it says what it expects.
+/// `-1` is a value, not an option: the option that takes it reports its range.
 fn with_negative_numbers(command: clap::Command) -> clap::Command {
     command
         .allow_negative_numbers(true)

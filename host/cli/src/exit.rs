@@ -4,7 +4,7 @@
 //! |---------------|-------------------------------------------------------------------|
 //! | 0             | done                                                              |
 //! | 1             | it failed on the board, on a servo or by its result               |
-//! | 2             | it could not be done at all, or its result not be printed         |
+//! | 2             | it could not be done at all, or its result could not be printed    |
 //! | 129, 130, 143 | ended by a hang-up, ctrl-C or a request to terminate; what was done is kept |
 //! | 141           | the reader of standard output closed it, as `head` does           |
 //!
@@ -19,7 +19,7 @@ use armbridge_client::{ctrl_c, stdio};
 
 use crate::commands::Outcome;
 
-/// It could not be done.
+/// The command could not be carried out.
 pub(crate) const IMPOSSIBLE: u8 = 2;
 
 /// 128 and the number of `SIGPIPE`.
@@ -27,10 +27,10 @@ const CLOSED: u8 = 141;
 
 /// The exit code of a command; its error is written on standard error.
 pub(crate) fn code(outcome: Outcome) -> ExitCode {
-    // What is still buffered must be written before anything can be said of it.
+    // Buffered output must be written before its success is known.
     let outcome = match (outcome, stdio::Stdout.flush()) {
         (Ok(code), Err(error)) if code == ExitCode::SUCCESS => Err(error.into()),
-        // It has failed already, for a reason that it has given.
+        // The command has failed already, with a reason of its own.
         (outcome, _) => outcome,
     };
     match outcome {

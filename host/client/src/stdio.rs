@@ -1,4 +1,4 @@
-//! Standard output and standard error, which may go away at any time.
+//! Standard output and standard error, which may be closed at any time.
 //!
 //! A reader closes its pipe, a terminal hangs up, a disk is full. `println!` and
 //! `eprintln!` panic then, perhaps while a board is armed. Here an error of standard output
@@ -18,12 +18,12 @@ pub fn is_closed() -> bool {
     IS_CLOSED.load(Ordering::Relaxed)
 }
 
-/// Whether anything could not be written to standard output, for whatever reason.
+/// Whether a write to standard output has failed, for any reason.
 pub fn has_failed() -> bool {
     HAS_FAILED.load(Ordering::Relaxed)
 }
 
-/// Standard output; its errors say that they are of printing.
+/// Standard output; its errors begin with "cannot print".
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Stdout;
 
@@ -86,7 +86,7 @@ pub fn note(line: impl Display) {
 /// Writes text on standard error, if that is still there.
 pub fn note_text(text: impl Display) {
     let mut stderr = io::stderr();
-    // There is no other place to say it.
+    // An error here cannot be reported anywhere.
     let _ = stderr.write_all(text.to_string().as_bytes());
     let _ = stderr.flush();
 }

@@ -1,10 +1,10 @@
 //! `run.csv`: one row per tick, for spreadsheets and scripts.
 //!
 //! Columns are those of [`export::column`](mod@crate::export::column); names carry units.
-//! `time_s` is the board's clock. A missing sample leaves
-//! `encoder_counts` empty and has its reason in `missing`; `alarms` are a stock servo's, with `+`
-//! between them; `fault` is empty but in mode `fault`; `guards` lists the limiters that
-//! changed the commanded torque. Rows end in a line feed.
+//! `time_s` is the board's clock. A missing sample leaves `encoder_counts` empty and has its
+//! reason in `missing`; `alarms` are a stock servo's, joined by `+`; `fault` is empty outside
+//! mode `fault`; `guards` lists the limiters that changed the commanded torque. Rows end in a
+//! line feed.
 
 use std::path::{Path, PathBuf};
 

@@ -1,8 +1,9 @@
-//! Files that commands write: complete or not there at all, and never in place of another
-//! one that was not meant to be replaced.
+//! Output files of commands: written completely or not at all. An existing file is replaced
+//! only on request.
 //!
-//! A file is written beside its name and gets it when it is complete, so that a full disk or
-//! ctrl-c leaves no half of it. [`Existing`] has the rule for a name that is taken.
+//! A file is written under a temporary name beside its own, and renamed when it is complete:
+//! a full disk or ctrl-c leaves no partial file under its name. [`Existing`] has the rule for
+//! a name that is taken.
 //! `-` is standard output, and devices and pipes are written as they are. Logs of a run in
 //! progress are made by [`create_log`] under their own name, and are never replaced.
 
@@ -21,10 +22,10 @@ use armbridge_client::stdio::Stdout;
 pub enum Existing {
     /// An error that names it: for a place that the user chose.
     Refuse,
-    /// Replaced: as the user asked for.
+    /// Replaced, as the user requested.
     Replace,
-    /// Kept, and the new one gets the next free name, as `angles-2.svg`; none, if it has the
-    /// same contents. For a name that the program chose.
+    /// Kept, and the new one gets the next free name, as `angles-2.svg`; one with the same
+    /// contents is not written again. For a name that the program chose.
     Number,
 }
 
@@ -60,7 +61,7 @@ struct Temporary {
 
 impl Drop for Temporary {
     fn drop(&mut self) {
-        // It has another name by then, or is of no use.
+        // A complete file has its own name by then; a partial one is not kept.
         let _ = fs::remove_file(&self.path);
     }
 }

@@ -37,8 +37,8 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Creates the file, which must not exist, and the thread that writes it. Never blocks the link: bytes that
-    /// do not fit into the queue are counted.
+    /// Creates the file, which must not exist, and the thread that writes it. Never blocks the
+    /// link: bytes that do not fit into the queue are counted.
     ///
     /// # Errors
     /// When the file cannot be created or written.
@@ -76,7 +76,7 @@ impl Recorder {
         let queue = Queue::new(blocks_when_full, queue::CAPACITY);
         let begun = Self::on_disk(path, Box::new(file), Box::new(sync), facts, queue);
         if begun.is_err() && is_file {
-            // An empty log is of no use.
+            // An empty log is not kept.
             let _ = std::fs::remove_file(path);
         }
         begun

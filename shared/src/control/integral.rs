@@ -5,14 +5,14 @@
 //! w(k+1) = w(k) + ki T (q_r(k) - q(k))
 //! ```
 //!
-//! With q the angle that the law itself uses, and the error of an observer does not depend on
-//! w, so that its poles stay where they are; those of the law move, see
+//! q is the angle that the control law itself uses. The error of an observer does not depend on
+//! w, so its poles do not change; those of the control loop do, see
 //! [`closed_loop`](IntegralAction::closed_loop).
 //!
 //! # Wind-up
 //!
-//! Where the torque that was asked for could not be given, w does not grow towards it, and it
-//! is never more than the joint's torque limit.
+//! Where the demanded torque exceeds what the servo gives, w does not grow towards it, and w is
+//! never more than the joint's torque limit.
 //!
 //! # Dry friction
 //!

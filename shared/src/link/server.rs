@@ -10,7 +10,7 @@
 //! program                                  server
 //!    |-- Join: who, and whether to observe -->|   first, before the hello
 //!    |<-- Role: who commands -----------------|   once it is known, and when it changes
-//!    |-- Touch: a hand on the arm ----------->|   at any time, whoever commands
+//!    |-- Touch: a hand on the arm ----------->|   at any time, from any program
 //!    |<-- Touched: done, or the reason -------|
 //! ```
 

@@ -1,7 +1,8 @@
 //! Arm, estimator and gain about upright as one linear system.
 //!
-//! The state s is the arm's [q1, q2, dq1, dq2], followed by up to four states of each
-//! joint's estimator and the torque of each joint's integral action. With v the torque that acts and u the requested torque,
+//! The state s is the arm's [q1, q2, dq1, dq2], followed by up to four states of each joint's
+//! estimator and the torque of each joint's integral action. With v the torque that acts and u
+//! the requested torque,
 //!
 //! ```text
 //! s(k+1) = open s(k) + input v(k)        u(k) = -output s(k)

@@ -8,7 +8,7 @@ use super::run::Run;
 /// Differing settings in a name; more are counted.
 const SETTINGS_MAX: usize = 3;
 
-/// Period, which has its own words.
+/// Period: a fact of the run, see [`FACTS`].
 const PERIOD_KEY: &str = "setup.period_us";
 
 /// Groups of the settings that a control consists of.
@@ -23,7 +23,7 @@ const FACTS: [fn(&Run) -> Option<String>; 5] = [
     |run| Some(format!("period {} µs", run.facts.period_us)),
 ];
 
-/// What all runs share, as words; and the name of each run.
+/// Facts that all runs share, as words, and the name of each run.
 pub(super) fn labels(runs: &[Run]) -> (String, Vec<String>) {
     let mut common = Vec::new();
     let mut labels = vec![Vec::new(); runs.len()];

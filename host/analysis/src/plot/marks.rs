@@ -84,7 +84,7 @@ impl Mark {
     }
 }
 
-/// Draws what happened in a panel: missing records, faults, pushes and commands.
+/// Draws the marks of a panel: missing records, faults, pushes and commands.
 pub(super) fn draw(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
     draw_gaps(drawing, panel, run);
     let mut last = f64::NEG_INFINITY;

@@ -12,9 +12,10 @@
 //! | `spectrum` | power of error, torque and innovation over frequency          |
 //! | `difference` | angles of several runs minus those of the first             |
 //!
-//! All but `timing` exist for several runs as well, over each other, with names that say what
-//! differs between them. [`draw_preview`] draws a planned run, `preview`. Time is in s after the first armed tick, see
-//! [`time_origin`](armbridge_log::time_origin), as in the summary. Missing records make a gap.
+//! All but `timing` exist for several runs as well, over each other; the legend names their
+//! differences. [`draw_preview`] draws a planned run, `preview`. Time is in s after the first
+//! armed tick, as in the summary, see [`time_origin`](armbridge_log::time_origin). Missing
+//! records make a gap.
 //!
 //! ```text
 //! log --events--> Collector: visible ticks, traces, spectra, counts --> Run --> Drawing --> file

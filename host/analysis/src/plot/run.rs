@@ -1,8 +1,7 @@
 //! A run as its figures show it: ticks with their times, and what is computed from all of them.
 //!
 //! Time zero is the first armed tick, see [`time_origin`](armbridge_log::time_origin). A
-//! [`Collector`] reads a log once, tick by tick; memory does not
-//! grow with its length.
+//! [`Collector`] reads a log once, tick by tick; memory does not grow with its length.
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,5 @@
-//! Baseline: the same run on the same simulated arm and seed with another control, so that
-//! a picture shows both.
+//! Baseline: the same run on the same simulated arm and seed with another control, for
+//! comparison in plots, page and summary.
 
 use armbridge_log::summary::Summary;
 use armbridge_sim::link::{BoardUri, Options, drive};

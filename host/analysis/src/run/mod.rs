@@ -5,7 +5,7 @@
 //! |------------|--------------------------------------------------------------|
 //! | `baseline` | the same run with another control, for comparison            |
 //! | `finish`   | end of a run: log, plots, summary, verdict                   |
-//! | `run_stats`| what is counted and kept while it runs                       |
+//! | `run_stats`| counts and expectations of the run in progress               |
 //!
 //! Memory does not grow with the length of the run.
 

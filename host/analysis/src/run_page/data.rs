@@ -19,7 +19,7 @@ const POSE_NAMES: [&str; 2] = ["angle", "reference"];
 /// Largest time in s between two poses that shows as steady motion.
 const FRAME_S: f64 = 1.0 / 60.0;
 
-/// The whole.
+/// All data of the page.
 #[derive(Debug, Serialize)]
 pub(super) struct PageData<'a> {
     /// First and last time, in s.
@@ -179,7 +179,7 @@ fn poses(run: &Collected) -> Table {
 }
 
 fn add(series: &mut BTreeMap<String, Series>, name: &str, joint: usize, packed: Option<Series>) {
-    // What an estimator or a setpoint does not have is zero throughout.
+    // A quantity that the estimator or the setpoint does not have is zero throughout.
     let packed = packed
         .filter(|packed| name != "disturbance" && name != "reference_speed" || !packed.is_zero());
     series.extend(packed.map(|packed| (format!("{name}{}", joint + 1), packed)));

@@ -1,5 +1,5 @@
-//! List of what happened in a run: commands, pushes, faults, modes, and messages of the board
-//! and the link. It is bounded for each kind; further ones are counted.
+//! Events of a run: commands, pushes, faults, modes, and messages of the board and the link.
+//! The list is bounded for each kind; further ones are counted.
 
 use std::collections::VecDeque;
 
@@ -82,7 +82,7 @@ pub(super) struct EventList {
 }
 
 impl EventList {
-    /// Adds what is not a record.
+    /// Adds an event other than a record.
     pub(super) fn add(&mut self, kind: &EventKind, times: &RunTimes) {
         let now_s = times.now_s();
         match kind {

@@ -13,7 +13,7 @@ use crate::scenario::Overrides;
 /// Largest number of values of a key, and of combinations.
 const VALUES_MAX: usize = 100_000;
 
-/// Keys that are no parameters of the board.
+/// Keys that are not parameters of the board.
 const CONTROL: &str = "control";
 const PLANT: &str = "plant";
 const SEED: &str = "seed";
@@ -27,7 +27,7 @@ pub enum Axis {
     Values(String, Vec<String>),
 }
 
-/// Text that is no key with values.
+/// Text that is not a key with values.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum AxisError {
     /// There is no `=`, or nothing on a side of it.
@@ -144,7 +144,7 @@ pub fn combinations(axes: &[(String, Vec<String>)]) -> Option<Vec<Combination>> 
     Some(combinations)
 }
 
-/// Why a combination is no set of overrides.
+/// Reason for which a combination has no overrides.
 #[derive(Debug, thiserror::Error)]
 pub enum ValueError {
     /// Not a name of a control.

@@ -1,4 +1,4 @@
-//! `armbridge doctor`: what this machine has of what each job needs, with remedies.
+//! `armbridge doctor`: checks this machine for the needs of each job, with remedies.
 //!
 //! Nothing is changed and no device is opened: opening a serial port can reset what is
 //! behind it.
@@ -83,7 +83,7 @@ enum Finding {
     Ok(String),
     /// It cannot be checked, or there is nothing to check.
     Open(String),
-    /// It is missing: what, and the command or action that mends it.
+    /// It is missing: its name, and the command or action that adds it.
     Missing { what: String, remedy: String },
 }
 

@@ -41,7 +41,7 @@ pub(super) struct Description<'a> {
     pub(super) about: &'a str,
     /// Nothing real moves.
     pub(super) is_simulated: bool,
-    /// It is the first run of a newcomer.
+    /// It is the demo, which a newcomer runs first.
     pub(super) is_demo: bool,
 }
 
@@ -173,7 +173,7 @@ fn settled(segments: &[SegmentSummary]) -> (usize, usize) {
     (segments.iter().filter(is_settled).count(), segments.len())
 }
 
-/// What the baseline does on the same arm.
+/// Result of the baseline on the same arm.
 fn baseline_text(baseline: &Baseline, name: &str) -> String {
     let option = match baseline.control {
         Base::Board => "board",
@@ -240,8 +240,7 @@ fn files(folder: &Path, summary: &Summary) -> String {
     text
 }
 
-/// Everything that a user should know of this run; explanations of small offsets only with
-/// `--verbose`.
+/// Remarks on this run; explanations of small offsets only with `--verbose`.
 fn remarks(summary: &Summary, is_verbose: bool) -> String {
     let is_clean = summary.faults.is_empty() && summary.ended.is_none();
     let (settled, all) = settled(&summary.segments);

@@ -38,7 +38,7 @@ impl Program {
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// It does not do it, and says these words in one line.
+    /// It refuses in one line that contains these words.
     fn refuses(&self, args: &[&str], words: &[&str]) {
         let output = self.run(args);
         let line = stderr(&output);

@@ -1,6 +1,6 @@
-//! Takes the messages of a link's server out of the bytes from the board.
+//! Filters the messages of a link's server out of the bytes from the board.
 //!
-//! Bytes pass when their frame is whole, or too long to be one.
+//! Bytes pass once their frame is complete, or too long to be one.
 
 use armbridge_shared::link::frame::{self, Decoder, Message};
 use armbridge_shared::link::server::FromServer;

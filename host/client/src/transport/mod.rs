@@ -80,7 +80,7 @@ pub struct LinkOptions {
     pub patience: Duration,
     /// Listeners to its bytes.
     pub taps: Vec<Box<dyn Tap>>,
-    /// What the program wants of a link that has other programs.
+    /// Requested role on a link that other programs may share.
     pub intent: Intent,
     /// Hands on the simulated arm behind a served link; without effect on others.
     pub touches: Option<Receiver<Touch>>,

@@ -11,10 +11,10 @@ use armbridge_shared::link::server::{LinkRole, ToServer};
 
 use super::{LinkUri, TransportError, program};
 
-/// Longest wait of an observer for the server's word that it is one.
+/// Longest wait of an observer for the server to announce its role.
 const ROLE_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// What a program wants of a link that has other programs.
+/// Requested role on a link that other programs may share.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Intent {
     /// To command; it ends at once if another program does.
@@ -66,7 +66,7 @@ impl RoleKeeper {
         }
     }
 
-    /// Takes the server's word; whether it differs from that before.
+    /// Takes the role that the server announces; returns whether it has changed.
     ///
     /// # Errors
     /// If another program commands, and this one has to.
@@ -83,12 +83,12 @@ impl RoleKeeper {
         Ok(is_other)
     }
 
-    /// The server's word on this connection.
+    /// The role that the server announced on this connection.
     pub(super) fn role(&self) -> Option<LinkRole> {
         self.role
     }
 
-    /// This program is not to command.
+    /// This program only observes.
     pub(super) fn is_observer(&self) -> bool {
         self.intent == Intent::Observe
     }

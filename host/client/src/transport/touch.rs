@@ -33,7 +33,7 @@ pub enum TouchError {
     /// The socket does not connect.
     #[error(transparent)]
     Connect(#[from] OpenError),
-    /// The other side knows nothing of this.
+    /// The peer does not answer as a server does.
     #[error(
         "only a simulated arm can be touched: what listens at {0} is no `armbridge serve board` \
          of this version"
@@ -74,7 +74,7 @@ pub fn touch(link: &LinkUri, touch: Touch) -> Result<(), TouchError> {
     line.send(&frames).map_err(not_served)?;
     let motion = Duration::from_micros(touch.motion_us().into());
     let begun = Instant::now();
-    // Of the server's first word, which tells it from anything else; then of the answer.
+    // First for any message of a server, which identifies it; then for the answer.
     let mut until = begun + TIMEOUT;
     let mut filter = LinkFilter::default();
     let mut answer = None;

@@ -2,8 +2,8 @@
 //! `/simulation/state` in a log. [`markdown`] is the same table in the book.
 //!
 //! A quantity is one column, or one for each joint, numbered from 1; values are those of the
-//! [`Record`] or of the [`TrueState`], to the bit. An enum or a set of bits is a word: an index into a list of
-//! [`Words`], whose first is empty for no value.
+//! [`Record`] or of the [`TrueState`], to the bit. An enum or a set of bits is a word: an index
+//! into a list of [`Words`], whose first is empty for no value.
 
 use std::fmt::Write as _;
 

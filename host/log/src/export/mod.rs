@@ -8,8 +8,8 @@
 //!
 //! Parquet needs the feature `parquet`.
 //!
-//! [`mod@column`] has the columns. Nothing is interpolated or left out: a
-//! missing sample is empty and has its reason, and `tick` jumps where records are missing.
+//! [`mod@column`] has the columns. Nothing is interpolated or left out: a missing sample is
+//! empty and has its reason, and `tick` jumps where records are missing.
 
 pub mod column;
 pub mod csv;

@@ -1,9 +1,8 @@
 //! `.parquet` for pandas, polars, `DuckDB` and the like.
 //!
-//! Columns are those of `run.csv`. Words are stored once each; empty words
-//! and missing samples are null. Units are in the
-//! columns' names, and in the file's metadata: `units` and `about` are JSON objects
-//! by column, `run` describes the run, `settings` has the board's.
+//! Columns are those of `run.csv`. Words are stored once each; empty words and missing samples
+//! are null. Units are in the columns' names, and in the file's metadata: `units` and `about`
+//! are JSON objects by column, `run` describes the run, `settings` has the board's.
 //!
 //! Rows are written in groups, so that memory does not grow with the run.
 

@@ -1,5 +1,5 @@
-//! The firmware image that a URI means: a named file, or the one of the source tree that
-//! the program is called in, if it is built from the sources as they are.
+//! The firmware image of a URI: a named file, or that of the source tree in which the program
+//! is called, if it is up to date with the sources.
 //!
 //! The tree is looked for from a folder upwards, so that the program runs the firmware
 //! beside which it is called, wherever the program itself was built. Its image is
@@ -48,7 +48,7 @@ pub enum ImageError {
     /// The file is not an image.
     #[error("{} is no ELF file: build the image with `cargo build-emulator`", .0.display())]
     NotAnImage(PathBuf),
-    /// It is not known what the image was built from.
+    /// The list of the image's sources is missing.
     #[error(
         "no list of the sources of {} beside it: build it with `cargo build-emulator`",
         .0.display()

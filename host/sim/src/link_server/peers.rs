@@ -6,16 +6,16 @@
 //! | commander | every frame, garbage as well        | every byte                            |
 //! | watcher   | `Stop`; a command is refused        | every message but the commander's own |
 //!
-//! A newcomer that begins with something else than a frame is closed at once: a page in a
-//! browser can send an HTTP request here, with frames in it.
+//! A newcomer that does not begin with a frame is closed at once: a page in a browser can send
+//! an HTTP request here, with frames in it.
 //!
 //! The first connection that says a valid hello commands; while it does, a hello makes a
 //! watcher. When the commander leaves or breaks, the next hello commands, except of a program
 //! that has joined as an observer: it remains a watcher. A board without a session sends no
 //! records, so the server itself says hello to it for watchers without a commander.
 //!
-//! Messages to the server end here: see [`armbridge_shared::link::server`]. A program that has joined, and every watcher, learns who
-//! commands, now and whenever that changes.
+//! Messages to the server end here: see [`armbridge_shared::link::server`]. The server informs
+//! each program that has joined, and every watcher, which program commands, and of each change.
 //!
 //! # Bounds
 //!
@@ -62,7 +62,7 @@ enum Role {
     Newcomer,
     Commander,
     Watcher,
-    /// It has begun with something else than a frame: to be closed.
+    /// It did not begin with a frame: to be closed.
     Stranger,
 }
 
@@ -97,7 +97,7 @@ pub(super) struct Peers {
     all: Vec<Peer>,
     /// The commander, if there is one.
     commander: Option<Program>,
-    /// It is another one since the connections were informed.
+    /// It has changed since the connections were informed.
     is_role_due: bool,
     /// The board has a session, of a commander or of the server itself.
     is_board_greeted: bool,
@@ -113,7 +113,7 @@ pub(super) struct Peers {
 }
 
 impl Peers {
-    /// Nobody is connected.
+    /// No connection yet.
     pub(super) fn new(listener: TcpListener) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
         Ok(Self {
@@ -195,7 +195,7 @@ impl Peers {
         {
             peer.notify(&FromServer::Touched(Ok(())));
         }
-        // One that waits for its hand need not speak.
+        // While its hand moves, a program may be silent.
         let heard_us = peer.heard_us.max(peer.touched_us.unwrap_or_default());
         if is_open && now_us.saturating_sub(heard_us) < SILENCE_US {
             self.all.push(peer);
@@ -209,7 +209,7 @@ impl Peers {
             return;
         }
         if peer.role == Role::Commander && peer.frame.len() > frame::MAX {
-            // No frame: the board shall see the garbage.
+            // Not a frame: garbage is passed on to the board.
             to_board.push(byte);
             self.is_mid_frame = byte != 0;
         } else if peer.frame.len() <= frame::MAX {
@@ -398,7 +398,7 @@ impl Peer {
         self.outbox.send(&mut self.stream, frame);
     }
 
-    /// Sends messages of the board, or such as fit.
+    /// Sends messages of the board, as far as they fit.
     fn send(&mut self, messages: &[ToHost]) {
         let mut frames = Vec::new();
         for message in messages {

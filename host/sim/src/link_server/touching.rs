@@ -1,8 +1,8 @@
-//! Hands of programs on the simulated arm: checked, and passed on to the simulation.
+//! Touches of the simulated arm by programs: checked, and passed on to the simulation.
 //!
-//! Any program that may connect may touch the arm, also while another one commands the board:
-//! a touch is an event of the simulation, as a real hand would be, and no command. An armed
-//! board is not worked against: it would let go of a hand at once.
+//! Any connected program may touch the arm, also while another one commands the board: a touch
+//! is an event of the simulation, as a real hand would be, and not a command. A hand is refused
+//! while the board is armed: the first torque would end its hold.
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 

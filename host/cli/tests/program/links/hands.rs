@@ -141,7 +141,7 @@ fn where_no_arm_can_be_touched_the_error_says_so() {
     }
 }
 
-/// The server itself says how to touch its arm, and in which protocol its servos speak.
+/// The server prints the commands that touch its arm, and the protocol of its servos.
 #[test]
 fn a_server_names_its_commands_and_its_protocol() {
     let first_lines = |args: &[&str]| {

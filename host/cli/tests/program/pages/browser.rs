@@ -131,7 +131,7 @@ impl Browser {
         }
     }
 
-    /// The next message; notes what it tells.
+    /// The next message; records errors and the end of loading.
     fn read(&mut self) -> Value {
         let message = self.socket.read().unwrap();
         let message: Value = serde_json::from_str(message.to_text().unwrap()).unwrap();

@@ -161,8 +161,8 @@ fn the_page_of_a_run_is_right_and_obeys_mouse_and_keys() {
     assert_eq!(tab.errors(), [""; 0]);
     drop(tab);
 
-    // What the checks are worth: a page with a broken script, one that asks the network, and
-    // one that is too wide are found out.
+    // The checks themselves: a page with a broken script, one that needs the network, and one
+    // that is too wide must fail.
     let text = fs::read_to_string(&page).unwrap();
     let breaks = [
         ("new Timeline()", "new Timelime()"),

@@ -9,9 +9,9 @@
 //! | `settings` | struct: the board's, nested at the dots of their names             |
 //! | `about`    | text: description of the run, and of this file                    |
 //!
-//! Fields are the columns of `run.csv`. A missing count or true state is NaN; nothing is interpolated, and `log.tick` jumps where
-//! records are missing. The ticks are read twice, to count them and to write them,
-//! so that memory does not grow with the run.
+//! Fields are the columns of `run.csv`. A missing count or true state is NaN; nothing is
+//! interpolated, and `log.tick` jumps where records are missing. The ticks are read twice, to
+//! count them and to write them, so that memory does not grow with the run.
 
 pub mod level5;
 

@@ -382,7 +382,7 @@ impl Sum {
             }
             Values::Sample(get) => {
                 let (a, b) = (get(a, joint), get(b, joint));
-                // A missing sample counts as zero.
+                // A missing sample differs, but adds nothing to the sums.
                 let difference = a.zip(b).map_or(0.0, |(a, b)| f64::from(b) - f64::from(a));
                 (a == b, difference)
             }

@@ -2,8 +2,8 @@
 //!
 //! The host sends [`Point`]s ahead of time, each with the time of the board's clock
 //! at which it holds; [`Stream`] keeps up to [`POINTS_MAX`] of them and, tick by tick,
-//! makes a [`Reference`] of what it has. Network and host may be as uneven as they
-//! like as long as points come before their time.
+//! computes a [`Reference`] from them. Jitter of network and host has no effect as
+//! long as points come before their time.
 //!
 //! # Between points
 //!
@@ -50,12 +50,12 @@ use crate::real::Real;
 use heapless::Deque;
 use nalgebra::{ComplexField, Vector2};
 
-/// How many points are kept. At 50 Hz this is 160 ms for the network to be silent.
+/// Number of points kept: at 50 Hz, 160 ms of silence of the network.
 pub const POINTS_MAX: usize = 8;
 /// Least time from one point to the next, and to the first: a tick.
 pub const SPACING_MIN_US: u64 = 1000;
 
-/// Why a point is refused; those before it stay.
+/// Reason for which a point is refused; those before it stay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Error<T> {
     /// An angle or speed is not finite.
@@ -72,7 +72,7 @@ pub enum Error<T> {
     Exceeds(Peak<T>),
 }
 
-/// What a stream is doing.
+/// Phase of a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     /// On the way to a point.
@@ -137,12 +137,12 @@ impl<T: Real> Stream<T> {
         Ok(stream)
     }
 
-    /// What the stream was doing at the last [`advance`](Self::advance).
+    /// Phase at the last [`advance`](Self::advance).
     pub fn phase(&self) -> Phase {
         self.phase
     }
 
-    /// How many points there are to come.
+    /// Number of points to come.
     pub fn points(&self) -> usize {
         self.knots.len()
     }
@@ -257,7 +257,7 @@ impl<T: Real> Stream<T> {
     ///
     /// # Errors
     ///
-    /// What exceeds a bound if it is passed.
+    /// The quantity that exceeds a bound if the point is passed.
     fn last_knot(
         &self,
         from: &Knot<T>,
@@ -287,7 +287,7 @@ impl<T: Real> Stream<T> {
         self.way = Way::braking(from, &self.bounds).0;
     }
 
-    /// Turns a bit of when the way begins: for tests of what becomes of it.
+    /// Flips a bit of the segment's start time, for tests of error detection.
     pub fn inject_error(&mut self, bit: u32) {
         self.way.inject_error(bit);
     }

@@ -1,4 +1,4 @@
-//! The ways of a stream: from knot to knot, and from the last to rest.
+//! Path segments of a stream: from knot to knot, and from the last to rest.
 
 use super::super::bounds::{Bounds, Peak, Quantity};
 use super::super::quintic::Quintic;
@@ -7,18 +7,18 @@ use crate::control::Reference;
 use crate::real::Real;
 use nalgebra::Vector2;
 
-/// Where the arm shall be at a time.
+/// Reference angles, and optionally speeds, at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point<T> {
     /// Of the board's clock.
     pub at_us: u64,
     /// In rad.
     pub q: Vector2<T>,
-    /// In rad/s; `None` to have it made of the neighbours.
+    /// In rad/s; `None` to have them computed from the neighbours.
     pub dq: Option<Vector2<T>>,
 }
 
-/// Where a stream is at a time: a point, with the speed and acceleration that it is passed at.
+/// A point with the speed and acceleration at which it is passed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Knot<T> {
     pub(super) at_us: u64,
@@ -32,7 +32,7 @@ pub(super) struct Knot<T> {
 pub(super) struct Way<T> {
     quintic: Quintic<T>,
     pub(super) starts_us: u64,
-    /// Of rest, which does not end, the largest number.
+    /// `u64::MAX` for rest, which does not end.
     pub(super) ends_us: u64,
 }
 
@@ -120,7 +120,7 @@ impl<T: Real> Way<T> {
     /// bound to begin with, the whole stays within. The jerk peaks at the start,
     /// `6 dq/T^2 + 4 ddq/T` at most.
     pub(super) fn braking(from: &Knot<T>, bounds: &Bounds<T>) -> (Self, Result<(), Peak<T>>) {
-        /// Far beyond any speed and bound that make sense, in s.
+        /// Longer than any sensible speed and bound take, in s.
         const LONGEST_S: f64 = 10.0;
 
         let lit = T::lit;
@@ -131,7 +131,7 @@ impl<T: Real> Way<T> {
         let gentle_s = (acceleration * lit(2.0) + root) / jerk;
         let slow_s = speed * lit(3.0) / bounds.acceleration_rad_s2;
         let wanted_s = slow_s.max(gentle_s).min(lit(LONGEST_S));
-        // In whole ms, the last begun.
+        // In whole ms, rounded up.
         let brake_us = 1_000 * (u64::from((wanted_s * lit(1e3)).to_count()) + 1);
         let brake_s = seconds::<T>(brake_us);
         let stop = q + dq * (brake_s * lit(0.5)) + ddq * (brake_s * brake_s * lit(1.0 / 12.0));
@@ -168,14 +168,14 @@ impl<T: Real> Way<T> {
         self.quintic.check(way_s, bounds, with_jerk)
     }
 
-    /// Turns a bit of when it begins: for tests of what becomes of it.
+    /// Flips a bit of the start time, for tests of error detection.
     pub(super) fn inject_error(&mut self, bit: u32) {
         self.starts_us ^= 1 << bit;
     }
 }
 
-/// Microseconds in s, without the `f64` that a Cortex-M4F has not got. Saturates
-/// after 71 minutes.
+/// Microseconds in s, without the `f64` that a Cortex-M4F lacks. Saturates after
+/// 71 minutes.
 fn seconds<T: Real>(us: u64) -> T {
     let us = u32::try_from(us).unwrap_or(u32::MAX);
     let [high, low] = [us >> 16, us & 0xFFFF].map(|half| T::from_count(half as u16));

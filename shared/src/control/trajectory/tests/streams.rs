@@ -206,8 +206,7 @@ fn resumes_from_braking_and_refuses_what_cannot_be_reached() {
     assert!((end.q - Vector2::new(0.91, 0.0)).amax() < 1e-12);
 }
 
-/// Two points 10 ms apart, and a constant speed that ends: what became of either was
-/// nobody's business.
+/// Two points 10 ms apart, and a constant speed that ends: neither may lead beyond the bounds.
 #[test]
 fn what_was_accepted_beyond_the_bounds_is_refused_or_braked() {
     let mut stream = at_rest(Vector2::zeros());
