@@ -167,10 +167,11 @@ impl Tally {
     }
 
     fn worst(&self) -> (Settling, Option<f64>) {
-        self.segment.as_ref().map_or(
-            (self.settling, self.worst_steady_error_rad),
-            |segment| self.worst_with(segment),
-        )
+        self.segment
+            .as_ref()
+            .map_or((self.settling, self.worst_steady_error_rad), |segment| {
+                self.worst_with(segment)
+            })
     }
 
     /// Settling at the setpoints so far.
