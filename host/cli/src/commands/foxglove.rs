@@ -6,7 +6,6 @@ use clap::Args;
 
 use super::Outcome;
 use crate::args::{ExposeArgs, SessionArgs};
-use armbridge_client::stdio;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
