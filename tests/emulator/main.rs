@@ -6,6 +6,7 @@
 mod agreement;
 mod faults;
 mod gateway;
+mod instructions;
 mod replay;
 mod settings;
 mod torque_off;

@@ -162,7 +162,7 @@ pub(crate) const GATE: &[Step] = &[
         board_lines(
             "build-images",
             "the images of the emulator and of the board build",
-            &["build-emulator", "build-board"],
+            &["build-emulator", "build-instructions", "build-board"],
         ),
     ),
     board_lines(

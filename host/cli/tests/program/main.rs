@@ -15,6 +15,7 @@ mod listeners;
 mod live;
 mod output;
 mod pages;
+mod readme;
 mod run;
 mod scenarios;
 mod servo_bus;
