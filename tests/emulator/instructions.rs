@@ -51,8 +51,14 @@ fn counts_are_those_of_the_readme_and_the_book() {
     let linear = count(&printed, "LQR and linear Luenberger observer");
     let kalman = count(&printed, "Kalman filter, 6 states: model, predict, update");
     for (name, row) in [
-        ("sine and cosine of one angle", "sine and cosine of an angle, 1e-7"),
-        ("LQR and linear Luenberger observer", "LQR and Luenberger observer"),
+        (
+            "sine and cosine of one angle",
+            "sine and cosine of an angle, 1e-7",
+        ),
+        (
+            "LQR and linear Luenberger observer",
+            "LQR and Luenberger observer",
+        ),
         (
             "Kalman filter, 6 states: model, predict, update",
             "Kalman filter, 6 states: model, predict, update",
@@ -63,6 +69,12 @@ fn counts_are_those_of_the_readme_and_the_book() {
         assert_eq!(cell(book, row), count(&printed, name), "{row}");
     }
     let readme = "README.md";
-    assert_eq!(cell(readme, "LQR and observer"), format!("{linear} instructions"));
-    assert_eq!(cell(readme, "Kalman filter, 6 states"), format!("{kalman} instructions"));
+    assert_eq!(
+        cell(readme, "LQR and observer"),
+        format!("{linear} instructions")
+    );
+    assert_eq!(
+        cell(readme, "Kalman filter, 6 states"),
+        format!("{kalman} instructions")
+    );
 }

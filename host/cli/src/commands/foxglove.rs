@@ -75,6 +75,7 @@ pub(crate) fn run(args: &FoxgloveArgs) -> Outcome {
     use armbridge::foxglove::server::Server;
 
     use super::session::OpenedLink;
+    use armbridge_client::stdio;
 
     let access = Access::new(args.allow_origin.clone(), args.token.clone())
         .map_err(|error| format!("cannot make a token: {error}; give one with --token"))?;

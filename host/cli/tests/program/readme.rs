@@ -54,7 +54,11 @@ fn the_demo_has_the_results_of_the_readme() {
     let bus = &demo["bus_us"];
     assert_eq!(
         result("bus time of a tick"),
-        format!("{:.0} µs, at most {} µs", bus["mean"].as_f64().unwrap(), bus["max"])
+        format!(
+            "{:.0} µs, at most {} µs",
+            bus["mean"].as_f64().unwrap(),
+            bus["max"]
+        )
     );
     let [first, second] = [0, 1].map(|joint| {
         let joint = joints(&demo).nth(joint).unwrap();
@@ -105,5 +109,8 @@ fn the_sine_is_tracked_as_the_readme_says() {
         .iter()
         .flat_map(|run| run["tracking_rms_mrad"].as_array().unwrap());
     let worst = errors.map(|rms| rms.as_f64().unwrap()).fold(0.0, f64::max);
-    assert_eq!(result("rms error, 0.3 rad at 1 Hz"), format!("{worst:.1} mrad"));
+    assert_eq!(
+        result("rms error, 0.3 rad at 1 Hz"),
+        format!("{worst:.1} mrad")
+    );
 }
