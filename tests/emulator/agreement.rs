@@ -53,7 +53,7 @@ fn tour() -> Script {
         let at_us = 3_400_000 + 40_000 * point;
         let angle_rad = [0.005 * point as f32, -0.01 * point as f32];
         let stream = Command::Stream {
-            at_us: at_us + 150_000,
+            at_us: at_us + 200_000,
             angle_rad,
             speed_rad_s: None,
         };

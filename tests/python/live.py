@@ -102,7 +102,7 @@ class Viewer:
         self.send(op="subscribe", subscriptions=[subscription])
 
     def until_mode(self, mode):
-        found = self.wait_for(lambda message: "tick" in message and message["tick"].mode == mode)
+        found = self.wait_for(lambda message: "tick" in message and message["tick"].board_mode == mode)
         check(found, f"no tick in mode {mode} within {PATIENCE_S} s")
 
     def call(self, name):
