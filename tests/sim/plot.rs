@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use armbridge_analysis::plot;
+use armbridge_log::output_file::Existing;
 use armbridge_shared::link::message::{Fault, Missing, Mode, Record, Sample, Timing};
 use armbridge_tests::synthetic;
 
@@ -14,7 +15,13 @@ const LARGEST_SVG_BYTES: u64 = 300_000;
 
 fn draw(name: &str, records: &[Record]) -> Vec<PathBuf> {
     let folder = folder(name);
-    let files = plot::draw_all(&folder, &synthetic::facts(Some(0.06)), records).unwrap();
+    let files = plot::draw_all(
+        &folder,
+        Existing::Number,
+        &synthetic::facts(Some(0.06)),
+        records,
+    )
+    .unwrap();
     let names: Vec<_> = files
         .iter()
         .map(|f| f.file_name().unwrap().to_str().unwrap())
@@ -127,7 +134,7 @@ fn nothing_and_nonsense_are_drawn_too() {
 #[test]
 fn a_folder_that_is_not_there_is_named() {
     let gone = folder("plot-gone").join("gone");
-    let text = plot::draw_all(&gone, &synthetic::facts(None), &[])
+    let text = plot::draw_all(&gone, Existing::Number, &synthetic::facts(None), &[])
         .unwrap_err()
         .to_string();
     assert!(

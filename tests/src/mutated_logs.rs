@@ -183,7 +183,7 @@ const READERS: [(&str, Read); 6] = [
         let Ok(run) = plot::Run::read(path, [None; 2]) else {
             return;
         };
-        plot::draw(folder, &Figure::ALL, Formats::ALL, &[run]).unwrap();
+        plot::draw(folder, &Figure::ALL, Formats::ALL, Existing::Number, &[run]).unwrap();
     }),
     ("export", |path, folder| {
         let Ok(head) = Head::read(path, |_| ()) else {

@@ -10,6 +10,7 @@ use std::time::Instant;
 
 use armbridge_analysis::plot;
 use armbridge_client::event::Direction;
+use armbridge_log::output_file::Existing;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::Reader;
 use armbridge_log::run_info::RunFacts;
@@ -72,7 +73,12 @@ fn figures(records: &[Record]) -> Result<(), Box<dyn Error>> {
     let folder = std::env::temp_dir().join(format!("armbridge-report-{}", std::process::id()));
     std::fs::create_dir_all(&folder)?;
     let start = Instant::now();
-    let files = plot::draw_all(&folder, &synthetic::facts(Some(0.06)), records)?;
+    let files = plot::draw_all(
+        &folder,
+        Existing::Number,
+        &synthetic::facts(Some(0.06)),
+        records,
+    )?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     println!(
         "plots    {took_ms:.0} ms for {} files of {} records",

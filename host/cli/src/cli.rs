@@ -222,7 +222,7 @@ mod tests {
         };
         let simulated = &run.simulated;
         assert_eq!(
-            (simulated.initial, simulated.seed),
+            (simulated.arm.initial, simulated.seed),
             (Some([-0.2, 0.2]), Some(7))
         );
         for (words, expected) in [

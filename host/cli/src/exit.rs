@@ -40,7 +40,11 @@ pub(crate) fn code(outcome: Outcome) -> ExitCode {
         Err(_) if stdio::has_failed() && ctrl_c::is_raised() => ExitCode::from(ctrl_c::exit_code()),
         Err(error) => {
             stdio::note(format_args!("armbridge: {}", in_one_line(&*error)));
-            ExitCode::from(IMPOSSIBLE)
+            ExitCode::from(if ctrl_c::is_raised() {
+                ctrl_c::exit_code()
+            } else {
+                IMPOSSIBLE
+            })
         }
     }
 }

@@ -35,6 +35,15 @@ impl Signal {
         }
     }
 
+    /// Its name in a sentence.
+    pub const fn in_words(self) -> &'static str {
+        match self {
+            Self::HangUp => "a terminal that hung up",
+            Self::Interrupt => "ctrl-c",
+            Self::Terminate => "a request to terminate",
+        }
+    }
+
     /// Exit code of a program that it ended: 128 plus its number, as shells have it.
     pub const fn exit_code(self) -> u8 {
         128 + self.number()
@@ -59,6 +68,11 @@ pub fn raised() -> Option<Signal> {
 /// Exit code of a program that a signal ended; that of ctrl-c if none came.
 pub fn exit_code() -> u8 {
     raised().unwrap_or(Signal::Interrupt).exit_code()
+}
+
+/// Name of the signal that came since [`listen`], in a sentence; ctrl-c if none came.
+pub fn in_words() -> &'static str {
+    raised().unwrap_or(Signal::Interrupt).in_words()
 }
 
 /// The handler cannot be installed.

@@ -15,6 +15,7 @@
 //! | [`servo_bus`]    | servos found, read, written and reset, from the host       |
 //! | [`servo_table`]  | servos' registers by name                                  |
 //! | [`stdio`]        | standard output and error, which may be closed             |
+//! | [`shell_text`]   | words of a command line                                    |
 //! | [`ctrl_c`]       | signals that end the program, as a flag                    |
 //! | [`enum_names`], [`fault_text`], [`refusal_text`], [`experiment_text`] | enums as names, and as sentences |
 #![forbid(unsafe_code)]
@@ -38,6 +39,7 @@ pub mod refusal_text;
 pub mod servo_bus;
 pub mod servo_table;
 pub mod session;
+pub mod shell_text;
 pub mod simulation;
 pub mod status;
 pub mod stdio;

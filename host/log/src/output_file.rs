@@ -4,7 +4,7 @@
 //! A file is written under a temporary name beside its own, and renamed when it is complete:
 //! a full disk or ctrl-c leaves no partial file under its name. [`Existing`] has the rule for
 //! a name that is taken.
-//! `-` is standard output, and devices and pipes are written as they are. Logs of a run in
+//! `-` and `/dev/stdout` are standard output, and devices and pipes are written as they are. Logs of a run in
 //! progress are made by [`create_log`] under their own name, and are never replaced.
 
 use std::ffi::OsString;
@@ -41,6 +41,7 @@ pub struct OutputFile {
     path: PathBuf,
     existing: Existing,
     target: Target,
+    is_interrupted: fn() -> bool,
 }
 
 #[derive(Debug)]
@@ -73,7 +74,7 @@ impl OutputFile {
     /// If it exists and must not be replaced, or cannot be created.
     pub fn create(path: &Path, existing: Existing) -> io::Result<Self> {
         let is_device = fs::metadata(path).is_ok_and(|it| !it.is_file() && !it.is_dir());
-        let target = if path == Path::new(STDOUT) {
+        let target = if is_stdout(path) {
             Target::Stdout(Stdout)
         } else if is_device {
             Target::Device(File::options().write(true).open(path)?)
@@ -87,7 +88,18 @@ impl OutputFile {
             path: path.into(),
             existing,
             target,
+            is_interrupted: || false,
         })
+    }
+
+    /// The same file, which cannot be written any more once this holds: then nothing of it is
+    /// left.
+    #[must_use]
+    pub fn interrupted_by(self, is_interrupted: fn() -> bool) -> Self {
+        Self {
+            is_interrupted,
+            ..self
+        }
     }
 
     /// The path that it was created for.
@@ -105,13 +117,16 @@ impl OutputFile {
             path,
             existing,
             target: Target::Beside(temporary),
+            ..
         } = self
         else {
             return Ok(self.path);
         };
+        // After a power cut, a name without its contents would be worse than none.
+        temporary.file.sync_all()?;
         match existing {
             Existing::Refuse => link(&temporary.path, &path)?,
-            Existing::Replace => fs::rename(&temporary.path, resolved(&path))?,
+            Existing::Replace => replace(&temporary.path, &resolved(&path))?,
             Existing::Number => return numbered(&temporary.path, &path),
         }
         Ok(path)
@@ -120,6 +135,9 @@ impl OutputFile {
 
 impl Write for OutputFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if (self.is_interrupted)() {
+            return Err(io::Error::other("interrupted"));
+        }
         match &mut self.target {
             Target::Stdout(stdout) => stdout.write(bytes),
             Target::Device(file) | Target::Beside(Temporary { file, .. }) => file.write(bytes),
@@ -127,6 +145,9 @@ impl Write for OutputFile {
     }
 
     fn flush(&mut self) -> io::Result<()> {
+        if (self.is_interrupted)() {
+            return Err(io::Error::other("interrupted"));
+        }
         match &mut self.target {
             Target::Stdout(stdout) => stdout.flush(),
             Target::Device(file) | Target::Beside(Temporary { file, .. }) => file.flush(),
@@ -153,11 +174,21 @@ pub fn write(path: &Path, bytes: &[u8], existing: Existing) -> io::Result<PathBu
     file.finish()
 }
 
+/// Whether a path is standard output: `-`, or a name that the system has for it. It may be
+/// a file, which is continued and not replaced.
+pub fn is_stdout(path: &Path) -> bool {
+    let names = [STDOUT, "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"];
+    names.iter().any(|name| path == Path::new(name))
+}
+
 /// Checks that a file may be written, before the work begins whose result it gets.
 ///
 /// # Errors
 /// If it exists and must not be replaced.
 pub fn check(path: &Path, existing: Existing) -> io::Result<()> {
+    if is_stdout(path) {
+        return Ok(());
+    }
     match fs::metadata(path) {
         Ok(found) if found.is_dir() => Err(is_folder()),
         Ok(found) if found.is_file() && existing == Existing::Refuse => Err(exists()),
@@ -204,6 +235,14 @@ fn beside(path: &Path) -> PathBuf {
     name.push(path.file_name().unwrap_or_default());
     name.push(format!(".{}-{count}.part", std::process::id()));
     path.with_file_name(name)
+}
+
+/// Gives a complete file the name and the mode of another, which it replaces.
+fn replace(temporary: &Path, path: &Path) -> io::Result<()> {
+    if let Ok(before) = fs::metadata(path) {
+        fs::set_permissions(temporary, before.permissions())?;
+    }
+    fs::rename(temporary, path)
 }
 
 /// Gives a complete file its name, unless there is one of that name.
@@ -315,6 +354,20 @@ mod tests {
         file.finish().unwrap_err();
         assert_eq!(fs::read(&path).unwrap(), b"other");
         assert_eq!(names(folder.path()), ["late.html", "page.html"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_that_is_replaced_keeps_its_mode() {
+        use std::os::unix::fs::PermissionsExt;
+
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("gains.toml");
+        fs::write(&path, "before").unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o600)).unwrap();
+        write(&path, b"after", Existing::Replace).unwrap();
+        let mode = fs::metadata(&path).unwrap().permissions().mode();
+        assert_eq!(mode & 0o777, 0o600);
     }
 
     #[cfg(target_os = "linux")]

@@ -1,7 +1,7 @@
 //! Queue of a link's bytes to the thread that writes them.
 //!
 //! The link's thread copies the bytes into bounded memory and continues: for a real board
-//! it never waits for a disk. Bytes that do not fit are counted. For a virtual board it
+//! it never waits for a disk. Bytes and events that do not fit are counted. For a virtual board it
 //! waits, and nothing is lost at any speed of the disk.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -46,7 +46,7 @@ struct Contents {
 /// Bytes taken out of the queue.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Drained {
-    /// Bytes of the link that did not fit so far.
+    /// Bytes of the link and of the simulation that did not fit so far.
     pub(super) unwritten: u64,
     /// Largest number of queued bytes so far.
     pub(super) peak_bytes: usize,
@@ -107,7 +107,7 @@ impl Queue {
             .unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Queues an event of the simulation. One that does not fit is left out.
+    /// Queues an event of the simulation; one that does not fit is counted by its size.
     fn put_simulated(&self, event: SimulationEvent) {
         let events_max = self.capacity / size_of::<SimulationEvent>();
         let mut contents = self.lock();
@@ -117,9 +117,11 @@ impl Queue {
         {
             contents = self.wait_for_room(contents);
         }
-        if !contents.is_closed && contents.simulation.len() < events_max {
-            contents.simulation.push(event);
+        if contents.is_closed || contents.simulation.len() >= events_max {
+            contents.unwritten += size_of::<SimulationEvent>() as u64;
+            return;
         }
+        contents.simulation.push(event);
     }
 
     /// Takes all queued bytes and events in exchange for empty buffers; waits until there
@@ -162,7 +164,7 @@ impl Queue {
         self.emptied.notify_all();
     }
 
-    /// Bytes of the link that did not fit.
+    /// Bytes of the link and of the simulation that did not fit.
     pub(super) fn unwritten(&self) -> u64 {
         self.lock().unwritten
     }
@@ -217,6 +219,25 @@ mod tests {
             .collect();
         assert_eq!(times, [1, 3]);
         assert!(drained.peak_bytes <= 100 && !drained.is_last);
+    }
+
+    #[test]
+    fn events_without_room_are_counted_too() {
+        let size = size_of::<SimulationEvent>();
+        let queue = Queue::new(false, 2 * size);
+        let mut tap = QueueTap(Arc::clone(&queue));
+        let push = SimulationEvent::Push(armbridge_client::simulation::Push {
+            joint: 0,
+            torque_nm: 0.1,
+            start_ns: 0,
+            duration_ns: 1,
+        });
+        for _ in 0..5 {
+            tap.simulated(&push);
+        }
+        let mut events = Vec::new();
+        let drained = queue.take(&mut Vec::new(), &mut events, Instant::now());
+        assert_eq!((events.len(), drained.unwritten), (2, 3 * size as u64));
     }
 
     #[test]

@@ -40,6 +40,7 @@ pub use step::StepError;
 
 use std::path::{Path, PathBuf};
 
+use armbridge_log::output_file::Existing;
 use armbridge_shared::JOINTS;
 use armbridge_shared::bridge::settings_refusal;
 use armbridge_shared::link::message::{Refusal, Settings, Setup};
@@ -101,11 +102,15 @@ impl Design {
 /// # Errors
 /// If the name has another ending, the bench does not run with the set-up, or the files cannot be
 /// written.
-pub fn draw_step(setup: &Setup, file: &Path) -> Result<Vec<PathBuf>, FigureError> {
+pub fn draw_step(
+    setup: &Setup,
+    file: &Path,
+    existing: Existing,
+) -> Result<Vec<PathBuf>, FigureError> {
     let formats = Formats::of_file(file)?;
     let responses = step::responses(setup)?;
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
     let folder = file.parent().unwrap_or(Path::new(""));
     let drawing = draw::figure(setup, &responses);
-    Ok(write_as(folder, formats, [(&*name, drawing)])?)
+    Ok(write_as(folder, formats, existing, [(&*name, drawing)])?)
 }

@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use armbridge_log::output_file::Existing;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::plot;
@@ -62,8 +63,8 @@ pub(crate) fn document(title: &str, style: &str, body: &Markup) -> String {
 pub const PAGE_NAME: &str = "report.html";
 
 /// Writes a page into an existing folder; returns its path.
-pub(crate) fn write(folder: &Path, page: &str) -> Result<PathBuf, PlotError> {
-    plot::write(&folder.join(PAGE_NAME), page.as_bytes())
+pub(crate) fn write(folder: &Path, page: &str, existing: Existing) -> Result<PathBuf, PlotError> {
+    plot::write(&folder.join(PAGE_NAME), page.as_bytes(), existing)
 }
 
 /// Table in a box that scrolls horizontally; a heading with `#` marks a column of numbers.

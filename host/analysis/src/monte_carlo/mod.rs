@@ -11,7 +11,7 @@ mod maneuver;
 mod outcome;
 mod table;
 
-pub use batch::{for_each, for_seeds};
+pub use batch::{Batch, for_each, for_seeds};
 pub use maneuver::{Maneuver, ManeuverError};
 pub use outcome::{Joints, Outcome, REST_S};
 pub use table::table;

@@ -1,6 +1,6 @@
 //! End of a run and its stop conditions.
 
-use armbridge_client::enum_names;
+use armbridge_client::{ctrl_c, enum_names};
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Drive, Fault, Mode, Record};
 
@@ -61,7 +61,7 @@ impl Ending {
                     enum_names::fault(*fault)
                 )
             }
-            Self::Interrupted => "ctrl-c; motors are off".into(),
+            Self::Interrupted => format!("{}; motors are off", ctrl_c::in_words()),
         }
     }
 }

@@ -205,7 +205,7 @@ const RUN_FIGURES: [Figure; 3] = [Figure::Angles, Figure::Torque, Figure::Timing
 pub fn draw_run(log: &Path) -> Result<Vec<PathBuf>, PlotError> {
     let run = Run::read_with_baseline(log, [None; 2])?;
     let folder = log.parent().unwrap_or(Path::new(""));
-    draw(folder, &RUN_FIGURES, Formats::ALL, &[run])
+    draw(folder, &RUN_FIGURES, Formats::ALL, Existing::Number, &[run])
 }
 
 /// Draws the figures of a run folder from records in memory; returns the files, SVG before PNG.
@@ -214,11 +214,12 @@ pub fn draw_run(log: &Path) -> Result<Vec<PathBuf>, PlotError> {
 /// If a file cannot be written or a drawing cannot be rendered.
 pub fn draw_all(
     folder: &Path,
+    existing: Existing,
     facts: &RunFacts,
     records: &[Record],
 ) -> Result<Vec<PathBuf>, PlotError> {
     let run = Run::of_records(facts, records);
-    draw(folder, &RUN_FIGURES, Formats::ALL, &[run])
+    draw(folder, &RUN_FIGURES, Formats::ALL, existing, &[run])
 }
 
 /// Draws figures of one run, or of several over each other, into a folder. Figures of one run
@@ -230,6 +231,7 @@ pub fn draw(
     folder: &Path,
     figures: &[Figure],
     formats: Formats,
+    existing: Existing,
     runs: &[Run],
 ) -> Result<Vec<PathBuf>, PlotError> {
     let several = if runs.len() > 1 { "compare-" } else { "" };
@@ -237,27 +239,34 @@ pub fn draw(
     let drawn = figures
         .iter()
         .filter_map(|figure| Some((name(figure), figure.draw(runs)?)));
-    write_as(folder, formats, drawn)
+    write_as(folder, formats, existing, drawn)
 }
 
-/// Writes named drawings into a folder, as SVG and PNG.
+/// Writes named drawings into a folder, as SVG and PNG; files that exist are kept.
 pub(crate) fn write_all<N: AsRef<str>>(
     folder: &Path,
     figures: impl IntoIterator<Item = (N, Drawing)>,
 ) -> Result<Vec<PathBuf>, PlotError> {
-    write_as(folder, Formats::ALL, figures)
+    write_as(folder, Formats::ALL, Existing::Number, figures)
 }
 
 /// Writes named drawings into a folder; returns the files, SVG before PNG.
 pub(crate) fn write_as<N: AsRef<str>>(
     folder: &Path,
     formats: Formats,
+    existing: Existing,
     figures: impl IntoIterator<Item = (N, Drawing)>,
 ) -> Result<Vec<PathBuf>, PlotError> {
     let mut files = Vec::new();
     // One by one: the pixels of a figure take more memory than an hour's run.
     for (name, drawing) in figures {
-        files.extend(write_figure(folder, formats, name.as_ref(), &drawing)?);
+        files.extend(write_figure(
+            folder,
+            formats,
+            existing,
+            name.as_ref(),
+            &drawing,
+        )?);
     }
     Ok(files)
 }
@@ -266,13 +275,14 @@ pub(crate) fn write_as<N: AsRef<str>>(
 fn write_figure(
     folder: &Path,
     formats: Formats,
+    existing: Existing,
     name: &str,
     drawing: &Drawing,
 ) -> Result<Vec<PathBuf>, PlotError> {
     let mut files = Vec::new();
     if formats.svg {
         let path = folder.join(format!("{name}.svg"));
-        files.push(write(&path, drawing.svg().as_bytes())?);
+        files.push(write(&path, drawing.svg().as_bytes(), existing)?);
     }
     if formats.png {
         let path = folder.join(format!("{name}.png"));
@@ -280,15 +290,14 @@ fn write_figure(
             path: path.clone(),
             source,
         })?;
-        files.push(write(&path, &pixels)?);
+        files.push(write(&path, &pixels, existing)?);
     }
     Ok(files)
 }
 
-/// Writes a file; returns its path. A file with the same contents stays as it is, and one with
-/// others keeps its name: then the new one gets a number, as `angles-2.svg`.
-pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<PathBuf, PlotError> {
-    output_file::write(path, bytes, Existing::Number).map_err(|source| PlotError::Write {
+/// Writes a file; returns its path, which may have a number.
+pub(crate) fn write(path: &Path, bytes: &[u8], existing: Existing) -> Result<PathBuf, PlotError> {
+    output_file::write(path, bytes, existing).map_err(|source| PlotError::Write {
         path: path.to_path_buf(),
         source,
     })

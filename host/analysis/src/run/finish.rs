@@ -8,7 +8,7 @@ use armbridge_log::recorder::Recorder;
 use armbridge_log::summary::{LogSummary, ServoSummary, Summary};
 use armbridge_shared::link::message::PortCounters;
 
-use super::{BASELINE_LOG, Baseline, RunError, RunHost};
+use super::{BASELINE_LOG, Baseline, RunError, RunHost, assess};
 use crate::plan_runner::{Ending, PlanError};
 use crate::plot;
 use crate::run_folder::RunFolder;
@@ -87,20 +87,12 @@ impl RunHost {
         }
 
         let ending = runner.ending();
-        let is_success =
-            failure.is_none() && ending.is_some_and(|end| success.iter().any(|s| s.matches(end)));
-        let ended = failure.or_else(|| match ending {
-            // Faults are described in more detail elsewhere.
-            Some(Ending::Time | Ending::Fault(_)) | None => None,
-            Some(end @ (Ending::Angle { .. } | Ending::Error { .. } | Ending::Interrupted)) => {
-                Some(end.in_words())
-            }
-        });
         let (servos, port) = (runner.status().servos, runner.status().port);
         let (link, trips) = (runner.stats(), runner.trips().to_vec());
         let mut stats = runner.into_sink();
         let csv_trouble = stats.close().map(|error| error.to_string());
 
+        let judge = stats.judge.take();
         let tally = &stats.tally;
         let run_s = match ending {
             Some(Ending::Time) => duration_s,
@@ -114,12 +106,9 @@ impl RunHost {
         summary.port = (port != PortCounters::default()).then_some(port);
         let mut is_complete = log.is_complete() && csv_trouble.is_none();
         summary.log = Some(log);
-        summary.ended = ended;
-        if let Some(judge) = stats.judge.take()
-            && is_success
-        {
-            summary.missed_expectations = judge.misses(tally, &summary);
-        }
+        let assessment = assess(ending, failure, &success, judge, tally, &summary);
+        summary.ended = assessment.ended;
+        summary.missed_expectations = assessment.missed;
         let mut summary = summary.with_causes(&trips);
         summary.remarks.append(&mut stats.conclusions);
         summary.remarks.extend(csv_trouble);
@@ -137,7 +126,7 @@ impl RunHost {
 
         let verdict = if ending == Some(Ending::Interrupted) {
             Verdict::Interrupted
-        } else if is_success && is_complete && summary.missed_expectations.is_empty() {
+        } else if assessment.is_success && is_complete && summary.missed_expectations.is_empty() {
             Verdict::Done
         } else {
             Verdict::Failed

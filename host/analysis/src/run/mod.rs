@@ -3,16 +3,19 @@
 //!
 //! | module     | contents                                                     |
 //! |------------|--------------------------------------------------------------|
+//! | `assessment` | success, fault and missed expectations of a run            |
 //! | `baseline` | the same run with another control, for comparison            |
 //! | `finish`   | end of a run: log, plots, summary, verdict                   |
 //! | `run_stats`| counts and expectations of the run in progress               |
 //!
 //! Memory does not grow with the length of the run.
 
+mod assessment;
 mod baseline;
 mod finish;
 mod run_stats;
 
+pub use assessment::{Assessment, assess};
 pub use baseline::{BASELINE_LOG, Baseline};
 pub use finish::{Finished, Verdict};
 
@@ -86,8 +89,11 @@ pub enum RunError {
     /// The link or the plan failed before the arm was armed.
     #[error(transparent)]
     Link(LinkError<PlanError>),
-    /// Ctrl-C before the arm was armed.
-    #[error("ended by ctrl-c before the arm was armed; nothing moved")]
+    /// A signal before the arm was armed.
+    #[error(
+        "ended by {} before the arm was armed; nothing moved",
+        ctrl_c::in_words()
+    )]
     Interrupted,
 }
 

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use armbridge_client::params;
+use armbridge_client::shell_text;
 use armbridge_log::summary::SegmentSummary;
 use armbridge_shared::link::message::Settings;
 use maud::{Markup, PreEscaped, html};
@@ -338,13 +339,7 @@ fn commands(folder: &Path, input: &PageInput<'_>) -> Markup {
 
 /// A path as a word of a shell.
 fn shell_word(path: &Path) -> String {
-    let path = path.display().to_string();
-    let is_plain = |letter: char| letter.is_alphanumeric() || "/._-+:=@,".contains(letter);
-    if path.chars().all(is_plain) {
-        path
-    } else {
-        format!("'{}'", path.replace('\'', r"'\''"))
-    }
+    shell_text::word(&path.display().to_string())
 }
 
 /// Files of the folder, with links.

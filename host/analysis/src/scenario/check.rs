@@ -11,7 +11,7 @@ use armbridge_shared::arm::State;
 use armbridge_shared::bridge::SERVO_IDS;
 use armbridge_shared::link::message::Settings;
 use armbridge_shared::servo::Firmware;
-use armbridge_sim::plant::{KeyConflict, PlantConfig, PlantError, PlantFile, Push};
+use armbridge_sim::plant::{BuiltinPlant, KeyConflict, PlantConfig, PlantError, PlantFile, Push};
 use armbridge_sim::servo_kind::ServoKind;
 use nalgebra::Vector2;
 use toml::Value;
@@ -231,11 +231,11 @@ pub(super) fn bench(
 
 /// The virtual arm of a file in the scenario's folder, or of one that ships.
 fn plant_file(name: &str, folder: Option<&Path>) -> Result<PlantFile, PlantError> {
-    let beside = folder.map(|folder| folder.join(name));
-    match beside.filter(|path| path.exists()) {
-        Some(path) => Ok(PlantFile::read(&path)?),
-        None => PlantFile::load(name),
+    let beside = folder.unwrap_or(Path::new("")).join(name);
+    if !beside.is_file() && BuiltinPlant::find(name).is_some() {
+        return PlantFile::load(name);
     }
+    Ok(PlantFile::read(&beside)?)
 }
 
 fn pushes(keys: &BenchKeys, end_us: u64, overrides: &Overrides) -> Result<Vec<Push>, Mistake> {

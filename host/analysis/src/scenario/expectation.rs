@@ -1,7 +1,7 @@
 //! Monitor of a scenario's expectations.
 
 use armbridge_client::experiment_text;
-use armbridge_log::summary::{SETTLED_RAD, Settling, Summary, Tally};
+use armbridge_log::summary::{PushTally, Settling, Summary, Tally};
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
 use armbridge_shared::link::message::Record;
@@ -13,35 +13,23 @@ use super::{EndName, Expect};
 #[derive(Clone, Debug)]
 pub struct ExpectationMonitor {
     expect: Expect,
-    /// Start and end of each push in µs since the run began, in order.
-    pushes: Vec<[u64; 2]>,
+    /// Pushes in order, their times since the run began.
+    pushes: Vec<Push>,
     next: usize,
     /// Start of the run on the board's clock.
     begun_us: Option<u64>,
-    recovery: Option<Recovery>,
+    recovery: Option<PushTally>,
     slowest_s: f64,
     /// Conclusions of experiments.
     ends: Vec<Conclusion>,
 }
 
-/// Recovery from a push.
-#[derive(Clone, Copy, Debug)]
-struct Recovery {
-    since_us: u64,
-    /// Time since which both joints are near the reference, if they are.
-    inside_us: Option<u64>,
-}
-
 impl ExpectationMonitor {
     /// Monitor of a run with these pushes.
     pub fn new(expect: Expect, pushes: &[Push]) -> Self {
-        let span = |push: &Push| [push.start_ns, push.start_ns + push.duration_ns];
         Self {
             expect,
-            pushes: pushes
-                .iter()
-                .map(|push| span(push).map(|ns| ns / 1_000))
-                .collect(),
+            pushes: pushes.to_vec(),
             next: 0,
             begun_us: None,
             recovery: None,
@@ -59,38 +47,26 @@ impl ExpectationMonitor {
     pub fn on_record(&mut self, record: &Record) {
         let begun_us = *self.begun_us.get_or_insert(record.start_us);
         let now_us = record.start_us.saturating_sub(begun_us);
-        if let Some([from_us, until_us]) = self.pushes.get(self.next).copied() {
-            if now_us >= from_us {
-                self.end_recovery();
-            }
-            if now_us >= until_us {
-                self.next += 1;
-                self.recovery = Some(Recovery {
-                    since_us: now_us,
-                    inside_us: None,
-                });
-            }
+        if let Some(push) = self.pushes.get(self.next).copied()
+            && now_us >= push.start_ns / 1_000
+        {
+            self.end_recovery();
+            self.next += 1;
+            self.recovery = Some(PushTally::begin(Push {
+                start_ns: push.start_ns + begun_us * 1_000,
+                ..push
+            }));
         }
-        let Some(recovery) = &mut self.recovery else {
-            return;
-        };
-        let is_inside = (0..JOINTS).all(|joint| {
-            let error_rad = record.angle_rad[joint] - record.reference_rad[joint];
-            f64::from(error_rad.abs()) < SETTLED_RAD
-        });
-        if is_inside && record.mode.drive().is_some() {
-            recovery.inside_us.get_or_insert(now_us);
-        } else {
-            recovery.inside_us = None;
+        if let Some(recovery) = &mut self.recovery {
+            recovery.add(record);
         }
     }
 
     fn end_recovery(&mut self) {
         if let Some(recovery) = self.recovery.take() {
-            let duration_s = recovery.inside_us.map_or(f64::INFINITY, |inside_us| {
-                (inside_us - recovery.since_us) as f64 * 1e-6
-            });
-            self.slowest_s = self.slowest_s.max(duration_s);
+            self.slowest_s = self
+                .slowest_s
+                .max(recovery.recovered_s().unwrap_or(f64::INFINITY));
         }
     }
 
@@ -190,7 +166,57 @@ fn miss(
 
 #[cfg(test)]
 mod tests {
+    use armbridge_shared::link::message::{Drive, Mode};
+
     use super::*;
+
+    /// Recovery within this time is expected; the error after a push from 1.0 to 1.1 s is
+    /// large until `back_s`, and the run ends at `end_s`, with another setpoint from `next_s`.
+    fn recovery(back_s: f64, next_s: f64, end_s: f64) -> Vec<String> {
+        let push = Push {
+            joint: 0,
+            torque_nm: 0.2,
+            start_ns: 1_000_000_000,
+            duration_ns: 100_000_000,
+        };
+        let expect = Expect {
+            recovers_within_s: Some(1.0),
+            ..Expect::default()
+        };
+        let mut judge = ExpectationMonitor::new(expect, &[push]);
+        let mut tally = Tally::default();
+        for tick in 0..(end_s * 1e3) as u32 {
+            let now_s = f64::from(tick) * 1e-3;
+            let is_off = (1.0..back_s).contains(&now_s) || now_s >= next_s;
+            let record = Record {
+                start_us: u64::from(tick) * 1_000,
+                mode: Mode::Running(Drive::Regulate),
+                reference_rad: [if now_s < next_s { 0.0 } else { 0.3 }, 0.0],
+                angle_rad: [if is_off && now_s < next_s { 0.1 } else { 0.0 }, 0.0],
+                ..Record::NONE
+            };
+            judge.on_record(&record);
+            tally.add(&record);
+        }
+        let facts = armbridge_log::run_info::RunFacts::from_settings(
+            "test",
+            "simulated: bench",
+            &armbridge_shared::link::message::Settings::default(),
+        );
+        let summary = tally.summary(&facts, armbridge_client::LinkStats::default(), end_s, 0.0);
+        judge.misses(&tally, &summary)
+    }
+
+    /// The rule of the summary: both joints stay in the band for 0.5 s, and until the
+    /// setpoint ends.
+    #[test]
+    fn recovery_from_a_push_is_that_of_the_summary() {
+        assert_eq!(recovery(1.5, 9.0, 3.0), [""; 0]);
+        let never = recovery(1.5, 9.0, 1.8);
+        assert!(never.concat().contains("never happens"), "{never:?}");
+        // A setpoint that follows is no relapse.
+        assert_eq!(recovery(1.5, 2.5, 4.0), [""; 0]);
+    }
 
     #[test]
     fn a_setpoint_that_ends_before_the_limit_proves_nothing() {

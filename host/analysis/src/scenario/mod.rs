@@ -72,6 +72,7 @@ use std::path::{Path, PathBuf};
 use armbridge_client::enum_names;
 use armbridge_client::params;
 use armbridge_client::toml_file::DocumentError;
+use armbridge_log::run_info::RunFacts;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Settings;
 use armbridge_sim::Bench;
@@ -181,6 +182,17 @@ impl Success {
         }
     }
 
+    /// Name in scenario files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Time => "time",
+            Self::Angle => "angle",
+            Self::Error => "error",
+            Self::Fault => "fault",
+            Self::Named(name) => name,
+        }
+    }
+
     /// Whether an end of a run counts as this success.
     pub fn matches(self, ending: Ending) -> bool {
         match ending {
@@ -285,6 +297,12 @@ impl Scenario {
     /// See [`ScenarioError`].
     pub fn load(name: &str, overrides: &Overrides) -> Result<Self, ScenarioError> {
         ScenarioText::read(name)?.scenario(overrides)
+    }
+
+    /// Facts of a run of this scenario on its virtual arm.
+    pub fn simulated_facts(&self, world: &str) -> RunFacts {
+        RunFacts::from_settings(&self.name, world, &self.settings)
+            .simulated(self.bench.seed, self.bench.plant.static_friction_nm())
     }
 
     /// Parses the text of a file; other files that it names are in the same folder. A file

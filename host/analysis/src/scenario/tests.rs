@@ -332,3 +332,29 @@ fn ranges_are_those_of_the_board() {
     assert!((reference_rad - REFERENCE_MAX_RAD).abs() < f32::EPSILON);
     assert!((torque_nm - hard::TORQUE_NM).abs() < f32::EPSILON);
 }
+
+#[test]
+fn an_arm_beside_the_scenario_is_never_taken_from_elsewhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("mine.toml");
+    let load = |plant: &str| {
+        let text =
+            format!("{HEAD}[bench]\nplant_file = \"{plant}\"\n[[step]]\nat_s = 0\nidle = true\n");
+        Scenario::parse(&file, &text, &Overrides::default())
+    };
+    // The tests run in the crate's folder, which has a file of this name.
+    let error = load("Cargo.toml").unwrap_err().to_string();
+    let missing = folder.path().join("Cargo.toml").display().to_string();
+    assert!(error.contains(&format!("cannot read {missing}")), "{error}");
+    // A folder hides no arm that ships, and a file does.
+    std::fs::create_dir(folder.path().join("heavy")).unwrap();
+    let heavy = load("heavy").unwrap().bench.plant;
+    let default = load("default").unwrap().bench.plant;
+    assert_ne!(heavy, default);
+    std::fs::write(
+        folder.path().join("default"),
+        "inertia_scale = 1.2\ngravity_scale = 1.2\n",
+    )
+    .unwrap();
+    assert_eq!(load("default").unwrap().bench.plant, heavy);
+}

@@ -1,5 +1,6 @@
 //! Keys of a sweep with their values, as typed: `controller.r=[10,10],[20,20]`, `seed=1..20`.
 
+use std::collections::HashSet;
 use std::fmt;
 
 use armbridge_client::params;
@@ -10,8 +11,8 @@ use toml::Value;
 use crate::plan_runner::plan::Base;
 use crate::scenario::Overrides;
 
-/// Largest number of values of a key, and of combinations.
-const VALUES_MAX: usize = 100_000;
+/// Largest number of runs, and so of values of a key and of combinations.
+pub const RUNS_MAX: usize = 100_000;
 
 /// Keys that are not parameters of the board.
 const CONTROL: &str = "control";
@@ -42,8 +43,11 @@ pub enum AxisError {
     /// A seed is no whole number from 0 up.
     #[error("`{0}` is no seed: expected whole numbers from 0 up, as seed=1..20 or seed=1,2,3")]
     Seed(String),
+    /// A value is given twice: the same run would count twice.
+    #[error("`{0}` has the value {1} twice")]
+    Repeated(String, String),
     /// A range ends before it begins, or is too long.
-    #[error("`{0}` is no range of 1 to {VALUES_MAX} whole numbers")]
+    #[error("`{0}` is no range of 1 to {RUNS_MAX} whole numbers")]
     Range(String),
 }
 
@@ -81,6 +85,9 @@ impl std::str::FromStr for Axis {
         }
         let values: Result<Vec<_>, _> = values.iter().map(|value| range(value)).collect();
         let values: Vec<String> = values?.into_iter().flatten().collect();
+        if let Some(value) = repeated(&values) {
+            return Err(AxisError::Repeated(key.into(), value));
+        }
         if key == SEED {
             let seed = |value: &String| value.parse().map_err(|_| AxisError::Seed(value.clone()));
             return Ok(Self::Seeds(
@@ -92,6 +99,15 @@ impl std::str::FromStr for Axis {
         }
         Ok(Self::Values(key.into(), values))
     }
+}
+
+/// The first value that is there before, in this form or another, as `[10, 10]` and `[10,10]`.
+fn repeated(values: &[String]) -> Option<String> {
+    let mut known = HashSet::with_capacity(values.len());
+    let mut forms = values
+        .iter()
+        .map(|value| params::of_text(value).to_string());
+    forms.find_map(|form| known.replace(form))
 }
 
 /// Values between commas that are not inside brackets.
@@ -116,7 +132,7 @@ fn range(text: &str) -> Result<Vec<String>, AxisError> {
     });
     match ends {
         None => Ok(vec![text.into()]),
-        Some((first, last)) if first <= last && last - first < VALUES_MAX as u64 => {
+        Some((first, last)) if first <= last && last - first < RUNS_MAX as u64 => {
             Ok((first..=last).map(|number| number.to_string()).collect())
         }
         Some(_) => Err(AxisError::Range(text.into())),
@@ -129,7 +145,7 @@ pub fn combinations(axes: &[(String, Vec<String>)]) -> Option<Vec<Combination>> 
     let count = axes.iter().try_fold(1_usize, |count, (_, values)| {
         count.checked_mul(values.len())
     });
-    count.filter(|count| *count <= VALUES_MAX)?;
+    count.filter(|count| *count <= RUNS_MAX)?;
     let mut combinations = vec![Combination(Vec::new())];
     for (key, values) in axes {
         let longer = combinations.iter().flat_map(|Combination(before)| {
@@ -201,6 +217,12 @@ mod tests {
             ("seed=1,,2", "not KEY=VALUE"),
             ("seed=5..1", "no range"),
             ("seed=-1", "no seed"),
+            ("seed=1,1", "`seed` has the value 1 twice"),
+            ("seed=1..3,2", "`seed` has the value 2 twice"),
+            (
+                "controller.r=[1,1],[1, 1]",
+                "`controller.r` has the value [1, 1] twice",
+            ),
             ("controller.Q=1", "is it `controller.q`"),
         ] {
             let error = wrong.parse::<Axis>().unwrap_err().to_string();

@@ -18,7 +18,7 @@ mod figure;
 mod single;
 mod table;
 
-pub use axis::{Assignment, Axis, AxisError, Combination, ValueError, combinations};
+pub use axis::{Assignment, Axis, AxisError, Combination, RUNS_MAX, ValueError, combinations};
 pub use csv::CsvError;
 pub use single::{RunFigures, SweepRun};
 pub use table::{Row, Spread};
@@ -50,18 +50,16 @@ pub struct Sweep {
 
 impl Sweep {
     /// Runs a checked scenario of each combination for every seed, on all processors, with
-    /// the logs of the runs in a folder if one is given. Ctrl-C ends it: the runs that have
-    /// ended stay.
-    ///
-    /// # Errors
-    /// If a log cannot be written.
+    /// the logs of the runs in a folder if one is given. Ctrl-C ends it, and so does a log
+    /// that cannot be written, whose error is returned beside it: the runs that have ended
+    /// stay.
     pub fn run(
         keys: Vec<String>,
         grid: Vec<(Combination, Scenario)>,
         seeds: Vec<u64>,
         logs: Option<&Path>,
         done: impl FnMut(usize),
-    ) -> Result<Self, LogError> {
+    ) -> (Self, Result<(), LogError>) {
         let numbers = 0..grid.len();
         let jobs: Vec<(usize, u64)> = numbers
             .flat_map(|combination| seeds.iter().map(move |seed| (combination, *seed)))
@@ -81,9 +79,9 @@ impl Sweep {
                 figures,
             }))
         };
-        let runs = monte_carlo::for_each(&jobs, one, done)?;
+        let batch = monte_carlo::for_each(&jobs, one, done);
         let scenario = grid.first();
-        Ok(Self {
+        let sweep = Self {
             scenario: scenario.map_or_else(String::new, |(_, scenario)| scenario.name.clone()),
             keys,
             combinations: grid
@@ -91,8 +89,9 @@ impl Sweep {
                 .map(|(combination, _)| combination)
                 .collect(),
             seeds,
-            runs: runs.into_iter().flatten().collect(),
-        })
+            runs: batch.finished.into_iter().flatten().collect(),
+        };
+        (sweep, batch.error.map_or(Ok(()), Err))
     }
 
     /// Whether all runs ended.

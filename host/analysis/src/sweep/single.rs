@@ -1,10 +1,10 @@
 //! One run of a sweep: the plan on the simulated board, its figures, and its log if one is
 //! requested.
 
+use std::fs;
 use std::path::Path;
 
 use armbridge_client::ctrl_c;
-use armbridge_client::enum_names;
 use armbridge_log::LogError;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
@@ -16,6 +16,7 @@ use armbridge_sim::link::{BoardUri, Options, drive};
 use serde::Serialize;
 
 use crate::plan_runner::{Ending, PlanRunner, RecordSink};
+use crate::run::assess;
 use crate::scenario::{ExpectationMonitor, Scenario};
 
 /// A run of a sweep.
@@ -48,7 +49,7 @@ pub struct RunFigures {
     pub fault: Option<&'static str>,
     /// Expectations of the scenario that are not met.
     pub missed_expectations: Vec<String>,
-    /// Why the run ended before its time, other than by a fault.
+    /// Cause of an end before its time, other than by a fault, that is no success.
     pub ended: Option<String>,
 }
 
@@ -83,32 +84,36 @@ impl RecordSink for Figures {
 }
 
 /// Runs a scenario on the simulated board, with its log in a file if one is named. `None`
-/// if ctrl-c ended it.
+/// if ctrl-c ended it; then there is no log either, which no run of the table would name.
 ///
 /// # Errors
-/// If the log cannot be written.
+/// If the log cannot be written; the error names the file, which stays as far as it goes.
 pub(super) fn run(scenario: &Scenario, log: Option<&Path>) -> Result<Option<RunFigures>, LogError> {
-    let Scenario {
-        name,
-        plan,
-        settings,
-        bench,
-        success,
-        expect,
-        ..
-    } = scenario;
-    let facts = RunFacts::from_settings(name, &BoardUri::Sim.world(), settings)
-        .simulated(bench.seed, bench.plant.static_friction_nm());
+    let facts = scenario.simulated_facts(&BoardUri::Sim.world());
     let recorder = log
         .map(|path| Recorder::create_waiting(path, &facts))
         .transpose()?;
+    let figures = recorded(scenario, &facts, recorder);
+    if let (Some(path), Ok(None)) = (log, &figures) {
+        // Best effort: the sweep ends.
+        let _ = fs::remove_file(path);
+    }
+    figures
+}
+
+/// The same with its recorder.
+fn recorded(
+    scenario: &Scenario,
+    facts: &RunFacts,
+    recorder: Option<Recorder>,
+) -> Result<Option<RunFigures>, LogError> {
     let sink = Figures {
         tally: Tally::default(),
-        judge: ExpectationMonitor::new(*expect, &plan.pushes),
+        judge: ExpectationMonitor::new(scenario.expect, &scenario.plan.pushes),
     };
-    let runner = PlanRunner::with_sink(plan.clone(), sink);
+    let runner = PlanRunner::with_sink(scenario.plan.clone(), sink);
     let mut runner = runner.interrupted_by(ctrl_c::is_raised);
-    let mut options = Options::new(bench.build());
+    let mut options = Options::new(scenario.bench.build());
     options.interactions = Some(runner.interactions());
     options
         .link
@@ -122,23 +127,10 @@ pub(super) fn run(scenario: &Scenario, log: Option<&Path>) -> Result<Option<RunF
     }
     let link = runner.stats();
     let Figures { tally, judge } = runner.into_sink();
-    let summary = tally.summary(&facts, link, tally.covered_s(), 0.0);
-    let is_success = ending.is_some_and(|end| success.iter().any(|s| s.matches(end)));
-    let ended = match (result, ending) {
-        (Err(error), _) => Some(error.to_string()),
-        (Ok(()), Some(Ending::Time | Ending::Fault(_))) => None,
-        (Ok(()), Some(end)) if !is_success => Some(end.in_words()),
-        (Ok(()), _) => None,
-    };
-    let fault = match ending {
-        Some(Ending::Fault(fault)) if !is_success => Some(enum_names::fault(fault)),
-        _ => None,
-    };
-    let missed_expectations = if is_success {
-        judge.misses(&tally, &summary)
-    } else {
-        Vec::new()
-    };
+    let summary = tally.summary(facts, link, tally.covered_s(), 0.0);
+    let error = result.err().map(|error| error.to_string());
+    let success = &scenario.success;
+    let assessment = assess(ending, error, success, Some(judge), &tally, &summary);
     let worse = |[a, b]: [f64; JOINTS]| a.max(b);
     let settling = tally.settling();
     let settled = match (settling.slowest_s, settling.unsettled_s) {
@@ -151,8 +143,8 @@ pub(super) fn run(scenario: &Scenario, log: Option<&Path>) -> Result<Option<RunF
         rest_error_mrad: tally.worst_steady_error_rad().map(|rad| 1e3 * rad),
         tracking_rms_mrad: tally.tracking_rms_mrad().map(worse),
         peak_torque_nm: worse(summary.peak_torque_nm),
-        fault,
-        missed_expectations,
-        ended,
+        fault: assessment.fault,
+        missed_expectations: assessment.missed,
+        ended: assessment.ended.filter(|_| !assessment.is_success),
     }))
 }

@@ -34,18 +34,19 @@ impl ForceArgs {
         }
     }
 
-    /// Removes a file that is in the way of one that replaces none, such as a log or a
-    /// picture; an error if it must stay.
-    pub(crate) fn make_room(self, path: &Path) -> Result<(), String> {
-        let removed = if self.force {
-            std::fs::remove_file(path)
-        } else {
-            output_file::check(path, Existing::Refuse)
-        };
-        match removed {
-            Err(error) if error.kind() != ErrorKind::NotFound => {
-                Err(format!("cannot write {}: {error}", path.display()))
-            }
+    /// Checks a place that the user chose, before the work whose result goes there.
+    pub(crate) fn check(self, path: &Path) -> Result<(), String> {
+        output_file::check(path, self.chosen()).map_err(|error| cannot_write(path, &error))
+    }
+
+    /// Removes a log that is in the way of another, which is written under its own name and
+    /// replaces none; an error if it must stay.
+    pub(crate) fn make_room(self, log: &Path) -> Result<(), String> {
+        if !self.force {
+            return self.check(log);
+        }
+        match std::fs::remove_file(log) {
+            Err(error) if error.kind() != ErrorKind::NotFound => Err(cannot_write(log, &error)),
             Ok(()) | Err(_) => Ok(()),
         }
     }
@@ -57,4 +58,8 @@ impl ForceArgs {
             None => self.beside_log(),
         }
     }
+}
+
+fn cannot_write(path: &Path, error: &std::io::Error) -> String {
+    format!("cannot write {}: {error}", path.display())
 }

@@ -10,6 +10,8 @@ use armbridge_analysis::monte_carlo;
 use armbridge_analysis::monte_carlo::{Maneuver, Outcome as Trialled, Run, Trial};
 use armbridge_analysis::plot;
 use armbridge_analysis::progress::Progress;
+use armbridge_client::params;
+use armbridge_client::params::JointPoles;
 use armbridge_client::{ctrl_c, stdio};
 use armbridge_log::CsvWriter;
 use armbridge_log::output_file::OutputFile;
@@ -125,9 +127,10 @@ pub(crate) struct EstimateArgs {
     /// Time constant of the filtered difference in s [default: 0.02].
     #[arg(long, value_name = "S", value_parser = positive)]
     pub(crate) filter: Option<f32>,
-    /// Poles of the Luenberger observer at 45 ms, two for each joint.
+    /// Poles of the Luenberger observer at 45 ms, two for each joint: real ones, or a pair
+    /// as 0.6±0.2i.
     #[arg(long, value_name = "P,P,P,P", value_parser = poles)]
-    pub(crate) poles: Option<[f32; 4]>,
+    pub(crate) poles: Option<JointPoles>,
     /// Let the observer see each sample one period late, as the paper prints it.
     #[arg(long)]
     pub(crate) prediction: bool,
@@ -172,10 +175,12 @@ pub(crate) enum EstimatorName {
     Kalman,
 }
 
-fn poles(text: &str) -> Result<[f32; 4], String> {
-    numbers(text)
-        .filter(|numbers: &[f32; 4]| numbers.iter().all(|x| *x > 0.0 && *x < 1.0))
-        .ok_or_else(|| "expected four numbers between 0 and 1, with commas between".into())
+fn poles(text: &str) -> Result<JointPoles, String> {
+    params::joint_poles(text).ok_or_else(|| {
+        "expected two poles for each joint: numbers from 0 and below 1, or a pair as 0.6±0.2i \
+         with a magnitude below 1"
+            .into()
+    })
 }
 
 fn share(text: &str) -> Result<f64, String> {
@@ -341,7 +346,7 @@ fn write(folder: &Path, force: ForceArgs, facts: &RunFacts, run: &Run) -> Result
         csv.row(&Row::from(*record))?;
     }
     csv.finish()?;
-    plot::draw_all(folder, facts, &run.records)?;
+    plot::draw_all(folder, force.beside_log(), facts, &run.records)?;
     Ok(())
 }
 
@@ -352,6 +357,8 @@ fn recorder(args: &BenchArgs, trial: &Trial) -> Result<Option<Recorder>, Error> 
     };
     std::fs::create_dir_all(folder)
         .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
+    // Before the trials, which take long.
+    args.force.check(&folder.join("run.csv"))?;
     let path = folder.join("run.mcap");
     // The trial of a seed can be repeated, and with it its log.
     args.force.make_room(&path)?;

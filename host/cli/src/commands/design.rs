@@ -23,7 +23,7 @@ use toml::Value;
 
 use super::params_exchange::{ExchangeOptions, apply};
 use super::{Error, Outcome};
-use crate::args::values::{numbers, period};
+use crate::args::values::period;
 use crate::args::{ForceArgs, LinkArgs};
 
 pub(crate) const EXAMPLES: &str = "\
@@ -127,8 +127,7 @@ fn poles(text: &str) -> Result<[(f64, f64); 2], String> {
         (is_pair && is_inside).then_some((sum, product))
     };
     let parsed = || {
-        let poles: Option<Vec<(f64, f64)>> = text.split(',').map(complex).collect();
-        let [a, b, c, d]: [(f64, f64); 4] = poles?.try_into().ok()?;
+        let [a, b, c, d]: [(f64, f64); 4] = params::complex_numbers(text)?.try_into().ok()?;
         Some([pair(a, b)?, pair(c, d)?])
     };
     parsed().ok_or_else(|| {
@@ -136,19 +135,6 @@ fn poles(text: &str) -> Result<[(f64, f64); 2], String> {
          pair, as 0.98,0.97,0.98+0.01i,0.98-0.01i"
             .into()
     })
-}
-
-/// `0.98`, or `0.98+0.01i`.
-fn complex(text: &str) -> Option<(f64, f64)> {
-    let text = text.trim();
-    let Some(pair) = text.strip_suffix('i') else {
-        let [re] = numbers(text)?;
-        return Some((re, 0.0));
-    };
-    // The sign between, not the one before or that of an exponent.
-    let at = pair.rfind(['+', '-']).filter(|at| *at > 0)?;
-    let (re, im) = pair.split_at(at);
-    Some((re.trim().parse().ok()?, im.parse().ok()?))
 }
 
 pub(crate) fn run(args: &DesignArgs) -> Outcome {
@@ -171,12 +157,13 @@ pub(crate) fn run(args: &DesignArgs) -> Outcome {
         write_file(path, &settings, args.force.chosen())?;
     }
     if let Some(path) = &args.plot {
+        // The steps take a while: a file that is in the way is reported first.
         let formats = Formats::of_file(path)?;
         let endings = [("svg", formats.svg), ("png", formats.png)];
         for (ending, _) in endings.into_iter().filter(|(_, is_drawn)| *is_drawn) {
-            args.force.make_room(&path.with_extension(ending))?;
+            args.force.check(&path.with_extension(ending))?;
         }
-        for file in design::draw_step(&setup, path)? {
+        for file in design::draw_step(&setup, path, args.force.chosen())? {
             say(args, &format!("drawn: {}", file.display()))?;
         }
     }
@@ -296,9 +283,12 @@ mod tests {
         let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
         let [(s1, p1), (s2, p2)] = poles("0.5,-0.25, 0.9+0.1i,0.9-0.1i").unwrap();
         assert!(near(s1, 0.25) && near(p1, -0.125) && near(s2, 1.8) && near(p2, 0.82));
+        let [(s1, p1), _] = poles("9e-1+1e-1i,9e-1-1e-1i,0.5±0.1i").unwrap();
+        assert!(near(s1, 1.8) && near(p1, 0.82));
         for wrong in [
             "",
             "0.5",
+            "nan,0.5,0.5,0.5",
             "0.5,0.5,0.5,1",
             "0.5,0.9+0.1i,0.9-0.1i,0.5",
             "a,b,c,d",

@@ -177,8 +177,10 @@ fn output_folder() -> Result<Finding, super::Error> {
 /// Writes a file into a folder and removes it.
 fn write_probe(folder: &Path) -> std::io::Result<()> {
     let file: PathBuf = folder.join(format!(".armbridge-doctor-{}", std::process::id()));
-    File::create_new(&file)?.write_all(b"writable")?;
-    fs::remove_file(file)
+    let written = File::create_new(&file)?.write_all(b"writable");
+    // Even if the disk is full.
+    let removed = fs::remove_file(file);
+    written.and(removed)
 }
 
 fn terminal_size() -> Finding {

@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use armbridge_client::stdio;
+use armbridge_client::{ctrl_c, stdio};
 use armbridge_log::export;
 use armbridge_log::export::Format;
 use armbridge_log::inspect::{Head, log as inspect};
-use armbridge_log::output_file::{OutputFile, STDOUT};
+use armbridge_log::output_file;
+use armbridge_log::output_file::OutputFile;
 use clap::{Args, ValueEnum};
 
 use super::{Outcome, log};
@@ -68,15 +69,18 @@ pub(crate) fn run(args: &ExportArgs) -> Outcome {
     let log = log::find(args.log.as_deref())?;
     let beside = || log.with_extension(format.extension());
     let out = args.out.clone().unwrap_or_else(beside);
-    let is_printed = out == Path::new(STDOUT);
+    let is_printed = output_file::is_stdout(&out);
+    ctrl_c::listen()?;
     let file = OutputFile::create(&out, args.force.existing(args.out.as_ref()));
     let file = file.map_err(|error| {
         let out = out.display();
         format!("cannot write {out}: {error}; or choose another place with --out")
     })?;
+    let file = file.interrupted_by(ctrl_c::is_raised);
     // Read to its end first: its damage is exported, too.
     let head = Head::read(&log, |_| ())?;
-    let rows = || Ok(inspect::rows(&log)?);
+    // Rows that are read without being written end as well.
+    let rows = || Ok(inspect::rows(&log)?.take_while(|_| !ctrl_c::is_raised()));
     let (out, ticks) = export::write(format, file, &head.about(), rows)?;
     for damage in &head.damage {
         stdio::note(format_args!("{}: {damage}", log.display()));
@@ -91,7 +95,7 @@ pub(crate) fn run(args: &ExportArgs) -> Outcome {
 
 /// Checks that a file's name ends as its format does: programs go by the ending.
 fn check_ending(out: &Path, format: Format) -> Result<(), String> {
-    if out == Path::new(STDOUT) {
+    if output_file::is_stdout(out) {
         return match format {
             Format::Csv => Ok(()),
             Format::Parquet | Format::Mat => Err(format!(

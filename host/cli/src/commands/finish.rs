@@ -18,8 +18,7 @@ use armbridge_analysis::plan_runner::PlanError;
 use armbridge_analysis::plan_runner::plan::Base;
 use armbridge_analysis::run::{Baseline, Finished, RUN_LOG, RunHost, Verdict};
 use armbridge_analysis::run_page;
-use armbridge_client::LinkError;
-use armbridge_client::stdio;
+use armbridge_client::{LinkError, ctrl_c, stdio};
 use armbridge_log::summary::{SETTLED_RAD, SegmentSummary, Summary, WIDTH};
 use armbridge_log::text_table;
 use serde::Serialize;
@@ -138,7 +137,10 @@ fn screen(finished: &Finished, description: &Description, is_verbose: bool) -> S
 fn headline(summary: &Summary, verdict: Verdict) -> String {
     let failed = |why: &str| format!("The run FAILED: {why}.");
     match verdict {
-        Verdict::Interrupted => "The run was interrupted by ctrl-c; the motors are off.".into(),
+        Verdict::Interrupted => format!(
+            "The run was interrupted by {}; the motors are off.",
+            ctrl_c::in_words()
+        ),
         Verdict::Failed => match (&summary.faults[..], &summary.ended) {
             ([.., fault], _) => format!(
                 "The run FAILED at {:.3} s: fault {}; the motors are off.",

@@ -125,18 +125,15 @@ fn fit(args: &FitArgs) -> Outcome {
     // A fit takes long: a file that is in the way is reported first.
     let report = args.report.as_ref().map(|folder| folder.join(PAGE_NAME));
     for path in args.out.iter().chain(&report) {
-        output_file::check(path, args.force.chosen())
-            .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+        args.force.check(path)?;
     }
     let fit = Fit::from_logs(&paths(&args.logs), args.weighed)?;
-    if let Some(report) = &report {
-        args.force.make_room(report)?;
-    }
     let description = output::describe(
         &fit,
         &OutputOptions {
             held_out: &args.held_out,
             folder: args.report.as_deref(),
+            existing: args.force.chosen(),
         },
     )?;
     let text = if args.json {

@@ -38,6 +38,7 @@ mod finish;
 mod link;
 mod log;
 mod params_exchange;
+mod recording;
 mod session;
 mod task;
 mod touch;

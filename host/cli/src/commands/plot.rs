@@ -7,6 +7,7 @@ use armbridge_analysis::plot;
 use armbridge_analysis::plot::{Figure, Formats, Run};
 use armbridge_client::stdio;
 use armbridge_log::inspect::diff::DiffError;
+use armbridge_log::output_file::Existing;
 use armbridge_log::time_origin::Align;
 use clap::{Args, ValueEnum};
 
@@ -118,7 +119,13 @@ pub(crate) fn run(args: &PlotArgs) -> Outcome {
         png: args.format.contains(&Picture::Png),
     };
     let runs = runs(args)?;
-    let files = plot::draw(&folder(args, &runs)?, &figures(&args.what), formats, &runs)?;
+    let files = plot::draw(
+        &folder(args, &runs)?,
+        &figures(&args.what),
+        formats,
+        Existing::Number,
+        &runs,
+    )?;
     if files.is_empty() {
         return Err("timing is a figure of one run, and difference one of several".into());
     }

@@ -1,7 +1,6 @@
 //! A command's link on a thread of its own, with a queue of its events, and a log if one is
 //! requested.
 
-use std::path::Path;
 use std::time::Duration;
 
 use armbridge::config::Config;
@@ -10,14 +9,11 @@ use armbridge_client::ctrl_c;
 use armbridge_client::event_queue::EventQueue;
 use armbridge_client::stdio;
 use armbridge_client::transport::{Intent, LinkOptions};
-use armbridge_log::recorder::Recorder;
-use armbridge_log::run_info::RunFacts;
-use armbridge_shared::link::message::Settings;
 use armbridge_sim::Bench;
 use armbridge_sim::link::{BoardUri, Options, Pace};
 use armbridge_sim::plant::Plant;
 
-use super::task::log_file;
+use super::recording::Recording;
 use super::{Error, virtual_arm};
 use crate::args::SessionArgs;
 
@@ -29,7 +25,7 @@ pub(crate) struct OpenedLink {
     session: LinkThread,
     /// Events of the link.
     pub(crate) event_queue: EventQueue,
-    recorder: Option<Recorder>,
+    recording: Option<Recording>,
     /// The link's name, and what is behind it.
     pub(crate) title: String,
     /// There is no real arm.
@@ -58,13 +54,12 @@ impl OpenedLink {
             BoardUri::Emulate(_) => (true, format!("{link} (emulated board)")),
             BoardUri::Link(link) => (false, link.to_string()),
         };
-        let recorder = match &args.record {
-            Some(path) => Some(recorder(path, name, &title)?),
-            None => None,
-        };
+        let recording = args.record.as_deref();
+        let recording = recording.map(|path| Recording::begin(path, name, &title));
+        let recording = recording.transpose()?;
         let event_queue = EventQueue::default();
         let mut taps = vec![event_queue.tap()];
-        taps.extend(recorder.as_ref().map(Recorder::tap));
+        taps.extend(recording.iter().flat_map(Recording::taps));
         let (plant, kinds) = (virtual_arm::config(&args.arm)?, args.servos.kinds()?);
         let seed = args.arm.seed;
         // A bench cannot be sent to another thread: it is made there.
@@ -83,7 +78,7 @@ impl OpenedLink {
         Ok(Self {
             session,
             event_queue,
-            recorder,
+            recording,
             title,
             is_simulated,
         })
@@ -98,8 +93,8 @@ impl OpenedLink {
     /// error.
     pub(crate) fn end(self) -> Result<(), Error> {
         let ended = self.session.end();
-        if let Some(recorder) = self.recorder {
-            let report = recorder.finish()?;
+        if let Some(recording) = self.recording {
+            let report = recording.finish()?;
             if let Some(trouble) = &report.trouble {
                 stdio::note(format_args!("armbridge: {trouble}"));
             }
@@ -110,10 +105,4 @@ impl OpenedLink {
         }
         Ok(ended?)
     }
-}
-
-fn recorder(path: &Path, name: &str, world: &str) -> Result<Recorder, Error> {
-    // Until the board reports its own, which go into the log too.
-    let facts = RunFacts::from_settings(name, world, &Settings::default());
-    Ok(Recorder::create(&log_file(path, name)?, &facts)?)
 }

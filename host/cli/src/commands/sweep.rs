@@ -1,30 +1,25 @@
 //! `armbridge sweep`: a scenario with every combination of several values, for many seeds.
 
+use std::collections::HashSet;
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
 use armbridge::config::Config;
-use armbridge_analysis::plan_runner::plan::Base;
 use armbridge_analysis::progress::Progress;
 use armbridge_analysis::run_folder::RunFolder;
-use armbridge_analysis::scenario::{Overrides, Scenario, ScenarioText};
-use armbridge_analysis::sweep::{Axis, AxisError, Combination, Sweep, combinations};
+use armbridge_analysis::scenario::{Scenario, ScenarioText};
+use armbridge_analysis::sweep::{Axis, AxisError, Combination, RUNS_MAX, Sweep, combinations};
 use armbridge_client::ctrl_c;
 use armbridge_client::stdio;
 use armbridge_client::stdio::Stdout;
-use armbridge_shared::JOINTS;
-use armbridge_sim::plant::PlantFile;
 use clap::Args;
 use serde_json::json;
-use toml::Value;
 
-use super::run::ControlName;
 use super::{Error, Outcome};
-use crate::args::OutputArgs;
-use crate::args::suggestions::{axes, parameters, plants, scenarios};
-use crate::args::values::{angles, duration};
+use crate::args::suggestions::{axes, scenarios};
+use crate::args::{OutputArgs, ScenarioArgs, ScenarioArmArgs};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -41,9 +36,6 @@ plot are in a new folder in runs/. Ctrl-C keeps the runs that have ended.
 Exit codes: 0 every run did what the scenario describes, 1 some did not (a fault, a missed
 expectation), 2 there was no run, 130 ended by ctrl-c.";
 
-/// Most runs of a sweep.
-const RUNS_MAX: usize = 100_000;
-
 /// A scenario and the values to try.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct SweepArgs {
@@ -55,26 +47,10 @@ pub(crate) struct SweepArgs {
     #[arg(long, value_name = "KEY=VALUE,VALUE", required = true, value_parser = axes(),
           hide_possible_values = true)]
     pub(crate) over: Vec<String>,
-    /// Controller and estimator, instead of the scenario's own.
-    #[arg(long, value_enum)]
-    pub(crate) control: Option<ControlName>,
-    /// Change a parameter of the board in all runs; may be repeated.
-    #[arg(long, value_name = "KEY=VALUE", value_parser = parameters(), hide_possible_values = true)]
-    pub(crate) set: Vec<(String, Value)>,
-    /// Length of each run in s, instead of the scenario's own.
-    #[arg(long, value_name = "S", value_parser = duration)]
-    pub(crate) duration: Option<f64>,
-    /// Joint angles in rad at which the arm is held until torque comes on, instead of the
-    /// scenario's own.
-    #[arg(long, value_name = "RAD,RAD", value_parser = angles, allow_hyphen_values = true)]
-    pub(crate) initial: Option<[f64; JOINTS]>,
-    /// Virtual arm instead of the scenario's own: the name of one that ships (`armbridge
-    /// plants`), or a file.
-    #[arg(long, value_name = "NAME|FILE", value_parser = plants(), hide_possible_values = true)]
-    pub(crate) plant: Option<String>,
-    /// Simulate the arm without dry friction.
-    #[arg(long)]
-    pub(crate) no_friction: bool,
+    #[command(flatten)]
+    pub(crate) overrides: ScenarioArgs,
+    #[command(flatten)]
+    pub(crate) arm: ScenarioArmArgs,
     /// Write the log of each run as well.
     #[arg(long)]
     pub(crate) logs: bool,
@@ -86,20 +62,27 @@ pub(crate) fn run(args: &SweepArgs) -> Outcome {
     let config = Config::discover()?;
     let (keys, grid, seeds) = grid(args, &config)?;
     let count = grid.len() * seeds.len();
+    if !args.output.quiet {
+        // Those of the other combinations differ in their values at most.
+        let notes = grid.iter().map(|(_, scenario)| &scenario.notes);
+        let notes = notes.filter(|notes| !notes.is_empty());
+        notes.take(1).flatten().for_each(stdio::note);
+    }
     ctrl_c::listen()?;
     let base = config.out(args.output.out.as_deref());
     let folder = RunFolder::create(Some(&base), &format!("sweep-{}", grid[0].1.name))?;
     let progress = Progress::new(count as f64, args.output.quiet || args.output.json);
     let begun = Instant::now();
     let logs = args.logs.then(|| folder.path());
-    let sweep = Sweep::run(keys, grid, seeds, logs, |done| {
+    let (sweep, logged) = Sweep::run(keys, grid, seeds, logs, |done| {
         progress.set_position(done as f64);
         progress.set_message(format!("{done} of {count} runs"));
-    })?;
+    });
     progress.finish();
     if sweep.runs.is_empty() {
-        // Best effort: nothing is in it.
-        let _ = std::fs::remove_dir_all(folder.path());
+        // Best effort: a log that ends early keeps its folder.
+        let _ = std::fs::remove_dir(folder.path());
+        logged?;
         return Ok(ExitCode::from(ctrl_c::exit_code()));
     }
     sweep.write_csv(&folder.file("sweep.csv"))?;
@@ -107,9 +90,13 @@ pub(crate) fn run(args: &SweepArgs) -> Outcome {
         sweep.draw(folder.path())?;
     }
     print(args, &sweep, folder.path(), begun.elapsed().as_secs_f64())?;
+    let (done, path) = (sweep.runs.len(), folder.path().display());
+    logged.map_err(|error| {
+        format!("{error}; ended after {done} of {count} runs, which are in {path}")
+    })?;
     if !sweep.is_complete() {
-        let (done, path) = (sweep.runs.len(), folder.path().display());
-        let text = format!("ended by ctrl-c after {done} of {count} runs; they are in {path}");
+        let signal = ctrl_c::in_words();
+        let text = format!("ended by {signal} after {done} of {count} runs; they are in {path}");
         stdio::note(format_args!("armbridge: {text}"));
         return Ok(ExitCode::from(ctrl_c::exit_code()));
     }
@@ -124,7 +111,7 @@ type Grid = (Vec<String>, Vec<(Combination, Scenario)>, Vec<u64>);
 fn grid(args: &SweepArgs, config: &Config) -> Result<Grid, Error> {
     let parsed: Result<Vec<Axis>, AxisError> = args.over.iter().map(|text| text.parse()).collect();
     let mut values: Vec<(String, Vec<String>)> = Vec::new();
-    let mut seeds: Vec<u64> = Vec::new();
+    let (mut seeds, mut distinct) = (Vec::<u64>::new(), HashSet::new());
     for axis in parsed? {
         match axis {
             Axis::Seeds(more) => seeds.extend(more),
@@ -134,16 +121,10 @@ fn grid(args: &SweepArgs, config: &Config) -> Result<Grid, Error> {
             Axis::Values(key, list) => values.push((key, list)),
         }
     }
-    let common = Overrides {
-        control: args.control.map(Base::from),
-        set: args.set.clone(),
-        configured: config.control(),
-        duration_s: args.duration,
-        initial_rad: args.initial,
-        plant: args.plant.as_deref().map(PlantFile::load).transpose()?,
-        friction: args.no_friction.then_some(false),
-        ..Overrides::default()
-    };
+    if let Some(seed) = seeds.iter().find(|seed| !distinct.insert(**seed)) {
+        return Err(AxisError::Repeated("seed".into(), seed.to_string()).into());
+    }
+    let common = args.overrides.overrides(&args.arm, config)?;
     let grid = combinations(&values).filter(|grid| grid.len() * seeds.len().max(1) <= RUNS_MAX);
     let grid = grid.ok_or_else(|| format!("these are more than {RUNS_MAX} runs"))?;
     let mut checked = Vec::with_capacity(grid.len());

@@ -96,23 +96,18 @@ fn a_closed_pipe_ends_every_command_quietly() {
         &["bench", "--seeds", "1", "--duration", "0.5"],
         &["identify", "fit", "--json"],
     ] {
-        let mut command = program.command(args);
-        let mut child = command
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        drop(child.stdout.take());
-        let output = child.wait_with_output().unwrap();
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let output = program.command(args).stdout(writer).output().unwrap();
         let text = stderr(&output);
         assert!(!text.contains("cannot print"), "{args:?}: {text}");
         assert_eq!(output.status.code(), Some(141), "{args:?}: {text}");
     }
     // As in `info 2>&1 | head -3`.
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
     let mut command = program.command(&["info", "nowhere"]);
-    let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
-    drop(child.stderr.take());
-    assert_eq!(child.wait().unwrap().code(), Some(2));
+    assert_eq!(command.stderr(writer).status().unwrap().code(), Some(2));
 }
 
 #[cfg(target_os = "linux")]
@@ -293,20 +288,192 @@ fn the_newest_run_is_the_latest_and_not_the_last_by_name() {
     );
 }
 
-/// Interrupts a command that has worked for a while, as ctrl-C does.
+/// Sends a signal to a command once `is_ready`.
 #[cfg(unix)]
-fn interrupted(program: &Program, args: &[&str]) -> Output {
+fn signalled(
+    program: &Program,
+    args: &[&str],
+    signal: &str,
+    is_ready: impl Fn(u32) -> bool,
+) -> Output {
     let mut command = program.command(args);
     let command = command.stdout(Stdio::piped()).stderr(Stdio::piped());
-    let child = command.spawn().unwrap();
-    std::thread::sleep(std::time::Duration::from_secs(4));
+    let mut child = command.spawn().unwrap();
+    while !is_ready(child.id()) {
+        assert!(child.try_wait().unwrap().is_none(), "{args:?} ended");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
     let id = child.id().to_string();
-    let sent = Command::new("kill").args(["-INT", &id]).status().unwrap();
+    let sent = Command::new("kill").args([signal, &id]).status().unwrap();
     assert!(sent.success());
     child.wait_with_output().unwrap()
 }
 
+/// Interrupts a command that has computed for 3 s, as ctrl-C does.
+#[cfg(target_os = "linux")]
+fn interrupted(program: &Program, args: &[&str]) -> Output {
+    let has_computed = |id: u32| {
+        let stat = fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
+        // After the name, in brackets: user and system time are the 12th and 13th.
+        let fields = stat.rsplit(')').next().unwrap_or_default();
+        let times = fields.split_whitespace().skip(11).take(2);
+        let ticks: u64 = times.filter_map(|time| time.parse::<u64>().ok()).sum();
+        ticks >= 300
+    };
+    signalled(program, args, "-INT", has_computed)
+}
+
+/// Whether a file in a run folder has this name and more than so many bytes.
+fn has_begun(program: &Program, name: &str, bytes: u64) -> bool {
+    let runs = program.path("runs");
+    let mut folders = names(&runs).into_iter();
+    folders.any(|folder| {
+        let file = runs.join(folder).join(name);
+        fs::metadata(file).is_ok_and(|file| file.len() > bytes)
+    })
+}
+
 #[cfg(unix)]
+#[test]
+fn ctrl_c_during_the_baseline_is_no_error_of_the_run() {
+    let program = Program::new("baseline");
+    let begun = |_| has_begun(&program, "baseline.mcap", 0);
+    let output = signalled(
+        &program,
+        &["run", "demo", "--duration", "600"],
+        "-INT",
+        begun,
+    );
+    let line = stderr(&output);
+    assert_eq!(output.status.code(), Some(130), "{line}");
+    assert!(
+        line.contains("ended by ctrl-c before the arm was armed"),
+        "{line}"
+    );
+    assert_eq!(names(&program.path("runs")), [""; 0]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_that_ends_a_run_is_named() {
+    let program = Program::new("terminated");
+    // A log begins with half of that, before the arm is armed.
+    let begun = |_| has_begun(&program, "run.mcap", 1_000_000);
+    let output = signalled(
+        &program,
+        &["run", "upright", "--duration", "3000"],
+        "-TERM",
+        begun,
+    );
+    let printed = String::from_utf8_lossy(&output.stdout).replace('\n', " ") + &stderr(&output);
+    assert_eq!(output.status.code(), Some(143), "{printed}");
+    let headline = "interrupted by a request to terminate; the motors are off";
+    assert!(printed.contains(headline), "{printed}");
+    assert!(!printed.contains("ctrl-c"), "{printed}");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_no_half_export() {
+    let program = Program::new("export-ctrl-c");
+    program.prints(&["run", "upright", "--duration", "150", "--quiet"]);
+    let runs = program.path("runs");
+    let folder = runs.join(&names(&runs)[0]);
+    let is_part = |name: &String| name.contains(".part");
+    let begun = |_| {
+        let part = names(&folder).into_iter().find(is_part);
+        part.is_some_and(|part| fs::metadata(folder.join(part)).is_ok_and(|it| it.len() > 0))
+    };
+    let output = signalled(&program, &["export", "csv"], "-INT", begun);
+    assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
+    let left = names(&folder);
+    assert!(
+        !left.iter().any(is_part) && !left.contains(&"run.csv".into()),
+        "{left:?}"
+    );
+}
+
+/// Runs the program where no file may have contents.
+#[cfg(target_os = "linux")]
+fn without_room(program: &Program, args: &str) -> Output {
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 0; exec {} {args}",
+        env!("CARGO_BIN_EXE_armbridge")
+    );
+    let mut command = Command::new("bash");
+    command.args(["-c", &script]).current_dir(&program.0);
+    command.env_remove("ARMBRIDGE_OUT").output().unwrap()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_is_replaced_only_by_a_whole_one() {
+    let program = Program::new("replaced");
+    fs::write(program.path("step.svg"), "mine").unwrap();
+    let output = without_room(
+        &program,
+        "design --plot step.svg --force | cat; exit ${PIPESTATUS[0]}",
+    );
+    assert!(
+        stderr(&output).contains("cannot write step.svg"),
+        "{}",
+        stderr(&output)
+    );
+    assert_eq!(fs::read(program.path("step.svg")).unwrap(), b"mine");
+    let output = without_room(&program, "doctor | cat");
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(names(&program.0), ["step.svg"]);
+}
+
+#[test]
+fn a_bench_replaces_all_its_files_or_none() {
+    let program = Program::new("bench");
+    let bench = |seed: &'static str| {
+        [
+            "bench",
+            "--seeds",
+            seed,
+            "--duration",
+            "0.5",
+            "--quiet",
+            "--plot",
+            "trial",
+        ]
+    };
+    fs::create_dir(program.path("trial")).unwrap();
+    fs::write(program.path("trial/run.csv"), "mine").unwrap();
+    program.refuses(&bench("1"), &["run.csv", "it exists; --force replaces it"]);
+    assert_eq!(names(&program.path("trial")), ["run.csv"]);
+    program.prints(&[bench("1").as_slice(), &["--force"]].concat());
+    let first = names(&program.path("trial"));
+    program.prints(&[bench("2").as_slice(), &["--force"]].concat());
+    assert_eq!(names(&program.path("trial")), first);
+}
+
+#[test]
+fn a_recording_of_nothing_leaves_no_folder() {
+    let program = Program::new("record");
+    let args = ["status", "--link", "tcp://127.0.0.1:1", "--record", "logs"];
+    let output = program.run(&args);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert_eq!(names(&program.path("logs")), [""; 0]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn standard_output_has_a_name_in_the_system() {
+    let program = Program::new("dev-stdout");
+    program.records();
+    let file = fs::File::create(program.path("printed.csv")).unwrap();
+    let mut command = program.command(&["export", "csv", "--out", "/dev/stdout"]);
+    let output = command.stdout(file).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let printed = fs::read_to_string(program.path("printed.csv")).unwrap();
+    assert!(printed.starts_with("time_s,tick,"), "{printed:.40}");
+    assert!(!printed.contains(" ticks, "));
+}
+
+#[cfg(target_os = "linux")]
 #[test]
 fn ctrl_c_keeps_the_trials_and_cases_that_are_done() {
     let program = Program::new("ctrl-c");

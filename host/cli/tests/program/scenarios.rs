@@ -377,6 +377,8 @@ fn every_combination_is_checked_before_anything_runs() {
         ("plant=default,haevy", "is it `heavy`?"),
         ("controler.r=1", "there is no parameter `controler.r`"),
         ("seed=9..1", "no range"),
+        ("seed=1,1", "`seed` has the value 1 twice"),
+        ("controller.r=[9,9],[9, 9]", "has the value [9, 9] twice"),
     ] {
         program.refuses(&["sweep", "upright", "--over", over], words);
     }
@@ -396,13 +398,27 @@ fn ctrl_c_keeps_the_runs_that_have_ended() {
         "--over",
         "seed=1..20000",
         "--quiet",
+        "--logs",
     ];
     let mut child = program
         .command(&args)
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    std::thread::sleep(std::time::Duration::from_secs(6));
+    let logs = || {
+        let folders = fs::read_dir(program.0.join("runs")).into_iter().flatten();
+        let files = folders.flat_map(|folder| fs::read_dir(folder.unwrap().path()).unwrap());
+        let paths = files.map(|file| file.unwrap().path());
+        paths
+            .filter(|path| path.extension().is_some_and(|it| it == "mcap"))
+            .count()
+    };
+    // A processor has one log open at a time.
+    let open = std::thread::available_parallelism().unwrap().get();
+    while logs() < open + 3 {
+        assert!(child.try_wait().unwrap().is_none(), "it ended");
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
     let pid = rustix::process::Pid::from_child(&child);
     rustix::process::kill_process(pid, rustix::process::Signal::INT).unwrap();
     let status = child.wait().unwrap();
@@ -414,4 +430,91 @@ fn ctrl_c_keeps_the_runs_that_have_ended() {
         .unwrap();
     let csv = fs::read_to_string(folder.path().join("sweep.csv")).unwrap();
     assert!((2..20_000).contains(&csv.lines().count()), "{csv}");
+    // Each log is that of a row.
+    assert_eq!(logs(), csv.lines().count() - 1);
+}
+
+#[test]
+fn a_run_that_misses_its_end_fails_alone_and_in_a_sweep() {
+    let program = Program::new("missed-end");
+    program.write(
+        "late.toml",
+        "title = \"t\"\n[[step]]\nat_s = 0\nregulate_rad = [0, 0]\n[stop]\nafter_s = 0.6\n\
+         angle_beyond_rad = [1, 1]\nsuccess = [\"angle\"]\n",
+    );
+    let missed = "the run lasts its whole time and does not end by angle";
+    let output = program.run(&["run", "late.toml"]);
+    let printed = text(&output.stdout).replace("\n   ", "");
+    assert_eq!(output.status.code(), Some(1), "{printed}");
+    assert!(printed.contains(missed), "{printed}");
+    assert!(!printed.contains("not complete"), "{printed}");
+    let output = program.run(&["sweep", "late.toml", "--over", "seed=1..2", "--json"]);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    let sweep: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    for run in sweep["runs"].as_array().unwrap() {
+        assert_eq!(run["missed_expectations"][0], missed, "{run}");
+    }
+}
+
+/// A run without plots, of two tick rates: the log of the second has no room.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_sweep_keeps_the_runs_before_a_log_that_cannot_be_written() {
+    let program = Program::new("sweep-disk");
+    program.write("armbridge.toml", "[record]\nplots = false\n");
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 900; exec {} sweep upright --duration 4 --quiet --logs \
+         --over setup.period_us=10000,1000",
+        env!("CARGO_BIN_EXE_armbridge")
+    );
+    let mut command = Command::new("bash");
+    command.args(["-c", &script]).current_dir(&program.0);
+    let output = command.env_remove("ARMBRIDGE_OUT").output().unwrap();
+    let line = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{line}");
+    for words in ["002-1.mcap", "ulimit -f", "after 1 of 2 runs"] {
+        assert!(line.contains(words), "no {words:?} in {line}");
+    }
+    let mut folders = fs::read_dir(program.0.join("runs")).unwrap();
+    let files = fs::read_dir(folders.next().unwrap().unwrap().path()).unwrap();
+    let mut names: Vec<String> = files
+        .map(|file| file.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert_eq!(names, ["001-1.mcap", "002-1.mcap", "sweep.csv"]);
+}
+
+#[test]
+fn a_sweep_prints_the_remarks_on_its_scenario_once() {
+    let program = Program::new("sweep-notes");
+    program.write("armbridge.toml", "[controller]\nr = [12.0, 12.0]\n");
+    let args = ["sweep", "push", "--duration", "0.5", "--over", "seed=1..2"];
+    let output = program.run(&args);
+    let notes = text(&output.stderr).matches("is not in force").count();
+    assert_eq!(notes, 1, "{}", text(&output.stderr));
+}
+
+#[test]
+fn a_check_is_json_on_request() {
+    let program = Program::new("check-json");
+    let report = program.json(&["run", "push", "--check", "--json", "--duration", "2.5"]);
+    assert_eq!(report["scenario"], "push");
+    assert_eq!(report["duration_s"], 2.5);
+    assert!(report["title"].is_string() && report["notes"].is_array());
+}
+
+#[test]
+fn pushes_without_setpoints_have_a_heading() {
+    let program = Program::new("push-heading");
+    program.write(
+        "pushed.toml",
+        "title = \"t\"\n[bench]\ninitial_rad = [0, 0]\n[[bench.push]]\nat_s = 0.1\njoint = 1\n\
+         torque_nm = 0.01\nduration_s = 0.05\n[[step]]\nat_s = 0\ntorque_nm = [0, 0]\n\
+         [stop]\nafter_s = 0.5\n",
+    );
+    let printed = text(&program.run(&["run", "pushed.toml"]).stdout).to_owned();
+    let lines: Vec<&str> = printed.lines().collect();
+    let push = lines.iter().position(|line| line.contains("push, joint 1"));
+    let heading = lines[push.expect(&printed) - 1];
+    assert!(heading.contains("within 20 mrad after"), "{printed}");
 }

@@ -134,7 +134,8 @@ impl Dashboard {
         let status = end_of(&mut self.child);
         self.until(LEAVES);
         let drawn = self.drawn();
-        assert!(drawn.find(ENTERS) < drawn.rfind(LEAVES), "{drawn}");
+        let entered = drawn.find(ENTERS).expect("the screen is entered");
+        assert!(Some(entered) < drawn.rfind(LEAVES), "{drawn}");
         // Lines are edited and echoed again.
         let modes = tcgetattr(&self.terminal).unwrap().local_modes;
         let cooked = rustix::termios::LocalModes::ICANON | rustix::termios::LocalModes::ECHO;

@@ -31,6 +31,7 @@ mod text;
 
 pub use check::{InvalidSettings, check};
 pub use constraint::{Range, Shape, Takes};
+pub use poles::{JointPoles, complex_numbers, joint_poles};
 pub use text::{NotAPair, of_text, pair, to_text};
 
 use std::sync::LazyLock;

@@ -10,7 +10,7 @@ use toml::Value;
 use super::access::Number;
 
 /// Poles of both joints, in z.
-pub(super) type JointPoles = [Poles<f32>; JOINTS];
+pub type JointPoles = [Poles<f32>; JOINTS];
 
 /// One row for each joint: two numbers, or the two poles of a pair as text.
 pub(super) fn to_value(joints: &JointPoles) -> Value {
@@ -33,6 +33,18 @@ pub(super) fn of_value(value: &Value) -> Option<JointPoles> {
     collect(value, &mut poles)?;
     let [a, b, c, d]: [(f64, f64); 2 * JOINTS] = poles.try_into().ok()?;
     Some([of_pair(a, b)?, of_pair(c, d)?])
+}
+
+/// Complex numbers as they are typed for poles: real and imaginary parts.
+pub fn complex_numbers(text: &str) -> Option<Vec<(f64, f64)>> {
+    let mut numbers = Vec::new();
+    collect(&super::of_text(text), &mut numbers)?;
+    Some(numbers)
+}
+
+/// Poles of both joints as they are typed, see [`of_value`].
+pub fn joint_poles(text: &str) -> Option<JointPoles> {
+    of_value(&super::of_text(text))
 }
 
 /// Two poles, each a real and an imaginary part.

@@ -13,7 +13,7 @@ mod spread;
 mod table;
 mod tally;
 
-pub use pushes::PushSummary;
+pub use pushes::{PushSummary, PushTally};
 pub use segments::{JointSummary, SETTLED_RAD, STEADY_S, Segment, SegmentSummary, segments};
 pub use spread::{Counts, Spread};
 pub use table::WIDTH;

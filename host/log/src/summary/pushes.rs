@@ -28,7 +28,7 @@ pub struct PushSummary {
 /// A push and the ticks after it, added one by one, until the setpoint changes, torque goes
 /// off, or another push begins.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PushTally {
+pub struct PushTally {
     push: Push,
     drive: Option<Drive>,
     reference_rad: [f32; JOINTS],
@@ -40,7 +40,8 @@ pub(super) struct PushTally {
 }
 
 impl PushTally {
-    pub(super) fn begin(push: Push) -> Self {
+    /// Begins with a push at a time of the board's clock.
+    pub fn begin(push: Push) -> Self {
         Self {
             push,
             drive: None,
@@ -56,7 +57,8 @@ impl PushTally {
         (self.push.start_ns + self.push.duration_ns).div_ceil(1_000)
     }
 
-    pub(super) fn add(&mut self, record: &Record) {
+    /// Adds the next tick.
+    pub fn add(&mut self, record: &Record) {
         let drive = record.mode.drive();
         if self.drive.is_none() {
             self.drive = drive;
@@ -81,6 +83,15 @@ impl PushTally {
         }
     }
 
+    /// Time in s from the end of the push until both joints are within [`SETTLED_RAD`] of the
+    /// reference and stay there, for [`STEADY_S`](super::STEADY_S) at least; none if they do
+    /// not.
+    pub fn recovered_s(&self) -> Option<f64> {
+        let stays = |inside_us: &u64| self.last_us.saturating_sub(*inside_us) >= STEADY_US;
+        let recovered_us = self.inside_us.filter(stays)?;
+        Some((recovered_us - self.end_us()) as f64 * 1e-6)
+    }
+
     pub(super) fn summary(&self, origin_us: u64) -> PushSummary {
         let Push {
             joint,
@@ -88,15 +99,13 @@ impl PushTally {
             start_ns,
             duration_ns,
         } = self.push;
-        let stays = |inside_us: &u64| self.last_us.saturating_sub(*inside_us) >= STEADY_US;
-        let recovered_us = self.inside_us.filter(stays);
         PushSummary {
             start_s: (start_ns as f64 - origin_us as f64 * 1e3) * 1e-9,
             joint: joint + 1,
             torque_nm,
             duration_s: duration_ns as f64 * 1e-9,
             peak_error_mrad: self.peak_error_rad * 1e3,
-            recovered_s: recovered_us.map(|us| (us - self.end_us()) as f64 * 1e-6),
+            recovered_s: self.recovered_s(),
         }
     }
 }

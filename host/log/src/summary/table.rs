@@ -49,13 +49,7 @@ impl Summary {
         if self.segments.is_empty() {
             return Ok(());
         }
-        writeln!(
-            out,
-            " {:<9}{:<18}{:<24}at rest off by",
-            "from",
-            "setpoint (rad)",
-            format!("within {:.0} mrad after", SETTLED_RAD * 1e3)
-        )?;
+        write_heading(out, "setpoint (rad)", "at rest off by")?;
         let shown = self.segments.len().min(SEGMENTS_SHOWN);
         for segment in &self.segments[..shown] {
             let SegmentSummary {
@@ -84,6 +78,9 @@ impl Summary {
 
     fn write_pushes(&self, out: &mut String) -> Result {
         let shown = self.pushes.len().min(SEGMENTS_SHOWN);
+        if self.segments.is_empty() && shown > 0 {
+            write_heading(out, "push", "error")?;
+        }
         for push in &self.pushes[..shown] {
             writeln!(
                 out,
@@ -222,6 +219,12 @@ fn text(write: impl FnOnce(&mut String) -> Result) -> String {
     // Writing to a string cannot fail.
     let _ = write(&mut text);
     text
+}
+
+/// Heading of setpoints, or of pushes alone.
+fn write_heading(out: &mut String, place: &str, error: &str) -> Result {
+    let within = format!("within {:.0} mrad after", SETTLED_RAD * 1e3);
+    writeln!(out, " {:<9}{place:<18}{within:<24}{error}", "from")
 }
 
 /// A time, or `never`.

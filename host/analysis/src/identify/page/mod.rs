@@ -8,6 +8,7 @@ mod windows;
 
 use std::path::{Path, PathBuf};
 
+use armbridge_log::output_file::Existing;
 use armbridge_shared::JOINTS;
 
 use super::arm::KnownParameters;
@@ -18,8 +19,8 @@ use super::forecast::Forecast;
 use super::report::Report;
 use crate::html;
 use crate::plot;
-use crate::plot::PlotError;
 use crate::plot::drawing::Drawing;
+use crate::plot::{Formats, PlotError};
 
 /// Contents of the page.
 #[derive(Clone, Copy, Debug)]
@@ -49,8 +50,9 @@ pub fn write_diagnosis(
     folder: &Path,
     diagnosis: &Diagnosis,
     logs: &[String],
+    existing: Existing,
 ) -> Result<PathBuf, PlotError> {
-    html::write(folder, &text::diagnosis(diagnosis, logs))
+    html::write(folder, &text::diagnosis(diagnosis, logs), existing)
 }
 
 /// A figure with its caption.
@@ -61,17 +63,22 @@ struct Figure {
 }
 
 impl Page<'_> {
-    /// Writes page and figures into an existing folder; returns the page's path.
+    /// Writes page and figures into an existing folder; returns the page's path. Figures that
+    /// exist are kept, unless the page may be replaced.
     ///
     /// # Errors
     /// When a file cannot be written or a drawing not be turned into pixels.
-    pub fn write(&self, folder: &Path) -> Result<PathBuf, PlotError> {
+    pub fn write(&self, folder: &Path, existing: Existing) -> Result<PathBuf, PlotError> {
         let figures = self.figures();
         let drawings = figures
             .iter()
             .map(|figure| (figure.name, figure.drawing.clone()));
-        plot::write_all(folder, drawings)?;
-        html::write(folder, &text::page(self, &figures))
+        let beside = match existing {
+            Existing::Replace => Existing::Replace,
+            Existing::Refuse | Existing::Number => Existing::Number,
+        };
+        plot::write_as(folder, Formats::ALL, beside, drawings)?;
+        html::write(folder, &text::page(self, &figures), existing)
     }
 
     fn figures(&self) -> Vec<Figure> {

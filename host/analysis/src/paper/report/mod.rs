@@ -8,6 +8,8 @@ mod page;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+use armbridge_log::output_file::Existing;
+
 use super::claim::{Claim, Verdict};
 use crate::html;
 use crate::plot;
@@ -24,7 +26,7 @@ pub fn write(folder: &Path, claims: &[Claim]) -> Result<PathBuf, PlotError> {
         folder,
         figures.map(|figure| (figure.name, figure.drawing())),
     )?;
-    html::write(folder, &page::page(claims))
+    html::write(folder, &page::page(claims), Existing::Number)
 }
 
 /// Number of claims with a verdict.

@@ -4,7 +4,8 @@
 //! Samples farther apart than a point are joined by a cubic spline, with the file's speeds
 //! or continuous accelerations; each of them is a point. Closer ones are smoothed, so that
 //! rounding in the file does not become acceleration: a parabola is fitted to the samples
-//! around each point.
+//! around each point. Each stretch between gaps longer than a point is of one kind; a gap
+//! between two dense stretches is joined by the spline, from speed to speed.
 //!
 //! A motion that begins or ends with a speed gets a run-up or a run-out: a smooth path from
 //! rest to that speed and acceleration.
@@ -32,14 +33,50 @@ pub(super) struct Knot {
 
 /// Points at most `spacing_s` apart, from time 0 to the samples' duration.
 pub(super) fn resample(samples: &[Sample], spacing_s: f64) -> Vec<Knot> {
-    let (first, last) = (&samples[0], &samples[samples.len() - 1]);
-    let duration_s = last.at_s - first.at_s;
-    let mean_s = duration_s / (samples.len() - 1) as f64;
-    if mean_s < spacing_s && samples.len() > 3 {
-        smoothed(samples, duration_s, spacing_s)
-    } else {
-        interpolated(samples, spacing_s)
+    let start_s = samples[0].at_s;
+    let mut knots = Vec::new();
+    // Ends of dense stretches, and the samples between them.
+    let mut sparse: Vec<Sample> = Vec::new();
+    for stretch in samples.chunk_by(|a, b| intervals(b.at_s - a.at_s, spacing_s) < 1.5) {
+        if !is_dense(stretch, spacing_s) {
+            sparse.extend(stretch);
+            continue;
+        }
+        let smooth = smoothed(stretch, start_s, spacing_s);
+        let (first, last) = (smooth[0], smooth[smooth.len() - 1]);
+        if !sparse.is_empty() {
+            sparse.push(end_of(&first, start_s));
+            append(&mut knots, interpolated(&sparse, start_s, spacing_s));
+        }
+        append(&mut knots, smooth);
+        sparse = vec![end_of(&last, start_s)];
     }
+    if sparse.len() > 1 {
+        append(&mut knots, interpolated(&sparse, start_s, spacing_s));
+    }
+    knots
+}
+
+/// Whether samples without a gap are closer than the points, and enough for a parabola.
+fn is_dense(stretch: &[Sample], spacing_s: f64) -> bool {
+    let duration_s = stretch[stretch.len() - 1].at_s - stretch[0].at_s;
+    stretch.len() > 3 && duration_s / ((stretch.len() - 1) as f64) < spacing_s
+}
+
+/// The end of a dense stretch as a sample, with its speed.
+fn end_of(knot: &Knot, start_s: f64) -> Sample {
+    Sample {
+        at_s: start_s + knot.at_s,
+        angle_rad: knot.q,
+        speed_rad_s: Some(knot.dq),
+        byte: 0,
+    }
+}
+
+/// Appends points, the first of which may be the last one again.
+fn append(knots: &mut Vec<Knot>, more: Vec<Knot>) {
+    let is_joined = !knots.is_empty();
+    knots.extend(more.into_iter().skip(usize::from(is_joined)));
 }
 
 /// Number of intervals of at most `spacing_s` in a time.
@@ -49,14 +86,14 @@ fn intervals(time_s: f64, spacing_s: f64) -> f64 {
     (time_s / spacing_s - ROUNDING).ceil().max(1.0)
 }
 
-/// A parabola through the samples around each point.
-fn smoothed(samples: &[Sample], duration_s: f64, spacing_s: f64) -> Vec<Knot> {
+/// A parabola through the samples around each point; time 0 is at `start_s`.
+fn smoothed(samples: &[Sample], start_s: f64, spacing_s: f64) -> Vec<Knot> {
+    let first_s = samples[0].at_s;
+    let duration_s = samples[samples.len() - 1].at_s - first_s;
     let count = intervals(duration_s, spacing_s);
-    let start_s = samples[0].at_s;
     let half_s = 0.5 * duration_s / count;
     let knot = |number: u32| {
-        let at_s = duration_s * f64::from(number) / count;
-        let centre_s = start_s + at_s;
+        let centre_s = first_s + duration_s * f64::from(number) / count;
         // At least five samples: a parabola has three numbers.
         let middle = samples.partition_point(|sample| sample.at_s < centre_s);
         let first = samples.partition_point(|sample| sample.at_s < centre_s - half_s);
@@ -66,7 +103,7 @@ fn smoothed(samples: &[Sample], duration_s: f64, spacing_s: f64) -> Vec<Knot> {
         let first = first.min(last.saturating_sub(5));
         let window = &samples[first..last.max((first + 5).min(samples.len()))];
         let mut knot = Knot {
-            at_s,
+            at_s: centre_s - start_s,
             ..Knot::default()
         };
         for joint in 0..JOINTS {
@@ -110,10 +147,10 @@ fn parabola(points: impl Iterator<Item = (f64, f64)>) -> [f64; 3] {
     })
 }
 
-/// A cubic spline through the samples, with points at them and evenly between them.
-fn interpolated(samples: &[Sample], spacing_s: f64) -> Vec<Knot> {
+/// A cubic spline through the samples, with points at them and evenly between them; time 0
+/// is at `start_s`.
+fn interpolated(samples: &[Sample], start_s: f64, spacing_s: f64) -> Vec<Knot> {
     let slopes: [Vec<f64>; JOINTS] = core::array::from_fn(|joint| slopes(samples, joint));
-    let start_s = samples[0].at_s;
     let mut knots = Vec::new();
     for (number, pair) in samples.windows(2).enumerate() {
         let [a, b] = [&pair[0], &pair[1]];
@@ -138,8 +175,8 @@ fn interpolated(samples: &[Sample], spacing_s: f64) -> Vec<Knot> {
     knots
 }
 
-/// Speeds of a joint at the samples: the file's, or those with which accelerations are
-/// continuous.
+/// Speeds of a joint at the samples: the given ones, or those with which accelerations are
+/// continuous. Of a file without speeds, the ends of dense stretches have one.
 fn slopes(samples: &[Sample], joint: usize) -> Vec<f64> {
     let given: Option<Vec<f64>> = samples
         .iter()
@@ -154,9 +191,6 @@ fn slopes(samples: &[Sample], joint: usize) -> Vec<f64> {
         let rise = samples[k + 1].angle_rad[joint] - samples[k].angle_rad[joint];
         rise / width(k)
     };
-    if count == 2 {
-        return vec![chord(0); 2];
-    }
     let points = || samples.iter().map(|s| (s.at_s, s.angle_rad[joint]));
     let mut slopes = vec![0.0; count];
     // Not against the way to the next sample, and at most three times as fast: unevenly
@@ -167,8 +201,9 @@ fn slopes(samples: &[Sample], joint: usize) -> Vec<f64> {
     };
     let first = end_slope(&points().take(END).collect::<Vec<_>>());
     let last = end_slope(&points().rev().take(END).collect::<Vec<_>>());
-    slopes[0] = bounded(first, chord(0));
-    slopes[count - 1] = bounded(last, chord(count - 2));
+    let given = |at: usize| samples[at].speed_rad_s.map(|speed| speed[joint]);
+    slopes[0] = given(0).unwrap_or_else(|| bounded(first, chord(0)));
+    slopes[count - 1] = given(count - 1).unwrap_or_else(|| bounded(last, chord(count - 2)));
     // Thomas's algorithm for a tridiagonal system.
     let (mut above, mut right) = (vec![0.0; count], slopes.clone());
     for k in 1..count - 1 {
@@ -340,6 +375,55 @@ mod tests {
                 "{period_s}: {q} {dq} {ddq}"
             );
         }
+    }
+
+    /// The first joint moves as a sine with a period of 4 s.
+    fn sine(times_s: impl Iterator<Item = f64>) -> Vec<Sample> {
+        let sample = |at_s: f64| Sample {
+            at_s,
+            angle_rad: [0.3 * (at_s * std::f64::consts::FRAC_PI_2).sin(), 0.0],
+            speed_rad_s: None,
+            byte: 0,
+        };
+        times_s.map(sample).collect()
+    }
+
+    /// Largest error of angle and speed of that motion.
+    fn sine_errors(knots: &[Knot]) -> [f64; 2] {
+        let errors = knots.iter().map(|knot| {
+            let rate = std::f64::consts::FRAC_PI_2;
+            let (sin, cos) = (rate * knot.at_s).sin_cos();
+            [knot.q[0] - 0.3 * sin, knot.dq[0] - 0.3 * rate * cos].map(f64::abs)
+        });
+        errors.fold([0.0; 2], |[a, b], [c, d]| [a.max(c), b.max(d)])
+    }
+
+    /// Samples each 10 ms, without those of 1 s of the motion.
+    #[test]
+    fn a_gap_in_dense_samples_is_joined_by_a_spline() {
+        let times = (0..=400).map(|k| f64::from(k) * 0.01);
+        let dense = times.filter(|t| *t < 1.505 || *t > 2.495);
+        let knots = resample(&sine(dense), 0.05);
+        let times: Vec<f64> = knots.iter().map(|knot| knot.at_s).collect();
+        let widest = times.windows(2).map(|pair| pair[1] - pair[0]);
+        assert!(widest.clone().all(|s| s > 1e-6 && s < 0.05 + 1e-6));
+        assert!((times[times.len() - 1] - 4.0).abs() < 1e-9);
+        let [q, dq] = sine_errors(&knots);
+        assert!(q < 6e-3 && dq < 0.02, "{q} {dq}");
+    }
+
+    /// A pause between dense stretches has samples of its own, each a point.
+    #[test]
+    fn sparse_samples_between_dense_ones_are_points() {
+        let dense = |from: i32| (from..=from + 100).map(|k| f64::from(k) * 0.01);
+        let sparse = (1..=10).map(|k| 1.0 + f64::from(k) * 0.09);
+        let knots = resample(&sine(dense(0).chain(sparse).chain(dense(200))), 0.05);
+        for at_s in [1.09, 1.45, 1.9] {
+            let is_there = |knot: &Knot| (knot.at_s - at_s).abs() < 1e-9;
+            assert!(knots.iter().any(is_there), "{at_s}");
+        }
+        let [q, dq] = sine_errors(&knots);
+        assert!(q < 1e-3 && dq < 6e-3, "{q} {dq}");
     }
 
     #[test]

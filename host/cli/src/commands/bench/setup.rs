@@ -1,7 +1,6 @@
 //! The requested set-up: the recommended one, with the options given.
 
 use armbridge_shared::JOINTS;
-use armbridge_shared::design::placement::Poles;
 use armbridge_shared::estimate::{Config, Form, Tuning};
 use armbridge_shared::link::message::{Controller, Gains, Setup};
 
@@ -81,9 +80,7 @@ pub(super) fn estimator(args: &EstimateArgs) -> Result<Config<f32>, String> {
                 } else {
                     form
                 },
-                poles_45ms: args.poles.map_or(poles_45ms, |[a, b, c, d]| {
-                    [Poles::Real(a, b), Poles::Real(c, d)]
-                }),
+                poles_45ms: args.poles.unwrap_or(poles_45ms),
             },
             other => other,
         },

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use armbridge_analysis::identify::{
-    Diagnosis, Forecast, PAGE_NAME, Page, forecast, holdout_forecasts, write_diagnosis,
+    Diagnosis, Forecast, Page, forecast, holdout_forecasts, write_diagnosis,
 };
 use armbridge_client::stdio;
+use armbridge_log::output_file::Existing;
 use armbridge_log::text_table;
 
 use super::super::{Error, Outcome};
@@ -19,6 +20,8 @@ pub(super) struct OutputOptions<'a> {
     pub(super) held_out: &'a [PathBuf],
     /// Folder of the page.
     pub(super) folder: Option<&'a Path>,
+    /// Rule for a page that exists.
+    pub(super) existing: Existing,
 }
 
 /// A fit's description.
@@ -49,7 +52,7 @@ pub(super) fn describe(fit: &Fit, options: &OutputOptions<'_>) -> Result<Descrip
             known: &fit.known,
         };
         create(folder)?;
-        text += &page.write(folder)?.display().to_string();
+        text += &page.write(folder, options.existing)?.display().to_string();
         text.push('\n');
     }
     Ok(Description { text, json })
@@ -62,9 +65,13 @@ pub(super) fn print_diagnosis(error: &Error, args: &FitArgs) -> Outcome {
     }
     if let (Some(folder), Some(diagnosis)) = (&args.report, error.downcast_ref::<Diagnosis>()) {
         create(folder)?;
-        args.force.make_room(&folder.join(PAGE_NAME))?;
         let logs = args.logs.iter().map(|log| log.display().to_string());
-        write_diagnosis(folder, diagnosis, &logs.collect::<Vec<_>>())?;
+        write_diagnosis(
+            folder,
+            diagnosis,
+            &logs.collect::<Vec<_>>(),
+            args.force.chosen(),
+        )?;
     }
     stdio::note(format_args!("not identified: {error}"));
     Ok(ExitCode::from(1))

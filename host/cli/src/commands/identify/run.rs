@@ -251,6 +251,7 @@ fn fit_and_apply(
     let options = OutputOptions {
         held_out: &[],
         folder: Some(folder),
+        existing: Existing::Refuse,
     };
     let written = fitted.and_then(|fit| {
         fit.write_to(&folder.join(ARM_NAME), Existing::Refuse)?;
