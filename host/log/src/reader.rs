@@ -12,8 +12,8 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use armbridge_client::event::{Event, EventKind};
-use armbridge_shared::link::message::{Settings, ToHost};
-use mcap::records::{Record, op};
+use armbridge_shared::link::message::{Record, Settings, ToHost};
+use mcap::records::op;
 use prost::Message as _;
 
 use super::error::ReadError;
@@ -59,6 +59,8 @@ pub struct Reader {
     unlisted: u64,
     last_tick: Option<u32>,
     pushes: Vec<Push>,
+    /// Number of them that have begun by the latest tick.
+    pushes_begun: usize,
     /// States of a simulation are decoded, not skipped.
     reads_states: bool,
     is_over: bool,
@@ -128,6 +130,7 @@ impl Reader {
             unlisted: 0,
             last_tick: None,
             pushes: Vec::new(),
+            pushes_begun: 0,
             reads_states: false,
             is_over: false,
             damage,
@@ -174,6 +177,17 @@ impl Reader {
     /// start.
     pub fn pushes(&self) -> &[Push] {
         &self.pushes
+    }
+
+    /// Pushes that have begun by the start of this tick, each once. In the file a push may be
+    /// before ticks of earlier time.
+    pub fn pushes_begun(&mut self, record: &Record) -> &[Push] {
+        let start_ns = record.start_us.saturating_mul(1_000);
+        let waiting = self.pushes.get(self.pushes_begun..).unwrap_or_default();
+        let begun = waiting.iter().take_while(|push| push.start_ns <= start_ns);
+        let from = self.pushes_begun;
+        self.pushes_begun += begun.count();
+        self.pushes.get(from..self.pushes_begun).unwrap_or_default()
     }
 
     /// Whether the part that has been read has true states of a simulated arm.
@@ -271,7 +285,7 @@ impl Reader {
     fn unpack(&mut self) -> bool {
         self.at = 0;
         let why = match parse(op::CHUNK, &self.chunk) {
-            Some(Record::Chunk { header, data }) => {
+            Some(mcap::records::Record::Chunk { header, data }) => {
                 if !header.compression.is_empty() {
                     // Nor could it be larger than its file says once it is unpacked.
                     format!(
@@ -375,7 +389,7 @@ impl Reader {
 
     fn item_of_record(&mut self, opcode: u8, body: &[u8]) -> Option<Item> {
         match parse(opcode, body) {
-            Some(Record::Message { header, data }) => {
+            Some(mcap::records::Record::Message { header, data }) => {
                 let topic = *self.channels.get(&header.channel_id)?;
                 let item = if data.len() > MESSAGE_BYTES {
                     Err(event_messages::Unreadable)
@@ -387,7 +401,7 @@ impl Reader {
                     None
                 })
             }
-            Some(Record::Channel(_)) => {
+            Some(mcap::records::Record::Channel(_)) => {
                 // A simulation's topic, or another program's.
                 let _ = self.register_channel(body);
                 None

@@ -170,19 +170,30 @@ impl Source {
         settings.map_or(self.head.facts.period_us, |s| s.setup.period_us)
     }
 
-    /// Its ticks with their times in s since the event, up to a reset of the board.
+    /// Its ticks from the event on.
     fn ticks(&self) -> Result<impl Iterator<Item = (f64, Record)> + use<>, ReadError> {
-        let (mut times, mut last, event_s) = (RunTimes::default(), None, self.event_s);
-        let records = Reader::open(&self.head.path)?.filter_map(|event| event.record());
-        let ticks = records.map(move |record| (times.add(&record), record));
-        let since = ticks.skip_while(move |(time_s, _)| *time_s < event_s);
-        Ok(since
-            .take_while(move |(_, record)| {
-                last.replace(record.tick)
-                    .is_none_or(|last| record.tick > last)
-            })
-            .map(move |(time_s, record)| (time_s - event_s, record)))
+        ticks(&self.head.path, self.event_s, 0.0)
     }
+}
+
+/// Ticks of a log with their times in s after `zero_s`, which is in s after its first tick: from
+/// `from_s` on, and up to a reset of the board.
+///
+/// # Errors
+/// When nothing can be read.
+pub fn ticks(
+    path: &Path,
+    zero_s: f64,
+    from_s: f64,
+) -> Result<impl Iterator<Item = (f64, Record)> + use<>, ReadError> {
+    let (mut times, mut last) = (RunTimes::default(), None);
+    let records = Reader::open(path)?.filter_map(|event| event.record());
+    let ticks = records.map(move |record| (times.add(&record) - zero_s, record));
+    let since = ticks.skip_while(move |(time_s, _)| *time_s < from_s);
+    Ok(since.take_while(move |(_, record)| {
+        let last = last.replace(record.tick);
+        last.is_none_or(|last| record.tick > last)
+    }))
 }
 
 impl Diff {
