@@ -348,7 +348,7 @@ pub fn command_text(command: &Command) -> String {
 /// Columns that are compared.
 fn columns() -> impl Iterator<Item = (&'static Quantity, usize)> {
     let is_compared = |quantity: &&Quantity| match quantity.values {
-        Values::F64(_) | Values::U32(_) => false,
+        Values::F64(_) | Values::U32(_) | Values::Truth(_) => false,
         Values::F32(_) | Values::U16(_) | Values::Sample(_) | Values::Word(..) => true,
     };
     let compared = QUANTITIES.iter().filter(is_compared);
@@ -398,7 +398,7 @@ impl Sum {
                 (a == b, difference)
             }
             Values::Word(_, get) => (get(a, joint) == get(b, joint), 0.0),
-            Values::F64(_) | Values::U32(_) => (true, 0.0),
+            Values::F64(_) | Values::U32(_) | Values::Truth(_) => (true, 0.0),
         };
         if !is_same {
             self.differing += 1;
