@@ -30,3 +30,5 @@ pub mod run_folder;
 pub mod run_page;
 pub mod scenario;
 pub mod sweep;
+#[cfg(test)]
+mod test_log;

@@ -11,14 +11,15 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::LogError;
-use crate::export::column::{Cells, Column, Values};
+use crate::export::column::{Column, Values};
 use crate::output_file::{Existing, OutputFile};
 use crate::recording::Row;
 
 /// A column with all words of a column of words.
 #[derive(Debug)]
 struct WordColumn {
-    cells: Cells,
+    values: Values,
+    joint: usize,
     words: Vec<String>,
 }
 
@@ -35,28 +36,25 @@ enum Field<'a> {
 impl WordColumn {
     fn new(column: &Column) -> Self {
         Self {
-            cells: column.cells,
-            words: match column.cells {
-                Cells::Record(Values::Word(words, _), _) => words.all(),
-                Cells::Record(..) | Cells::Truth(..) => Vec::new(),
+            values: column.values,
+            joint: column.joint,
+            words: match column.values {
+                Values::Word(words, _) => words.all(),
+                _ => Vec::new(),
             },
         }
     }
 
     fn field(&self, Row { record, truth }: &Row) -> Field<'_> {
-        let (values, joint) = match self.cells {
-            Cells::Record(values, joint) => (values, joint),
-            Cells::Truth(get, joint) => {
-                return Field::F32(truth.as_ref().map(|truth| get(truth, joint)));
-            }
-        };
-        match values {
+        let joint = self.joint;
+        match self.values {
             Values::F64(get) => Field::F64(get(record)),
             Values::F32(get) => Field::F32(Some(get(record, joint))),
             Values::U32(get) => Field::Integer(Some(get(record))),
             Values::U16(get) => Field::Integer(Some(get(record, joint).into())),
             Values::Sample(get) => Field::Integer(get(record, joint).map(u32::from)),
             Values::Word(_, get) => Field::Word(&self.words[get(record, joint)]),
+            Values::Truth(get) => Field::F32(truth.as_ref().map(|truth| get(truth, joint))),
         }
     }
 }

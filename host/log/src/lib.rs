@@ -17,6 +17,7 @@
 //! | [`raw_link_bytes`] | the link's raw bytes, kept beside the messages           |
 //! | [`metadata`]       | run, build, board, parameters and clocks                 |
 //! | [`run_info`]       | facts of a run that are needed to interpret its records  |
+//! | [`record_values`]  | values of a record, as far as they exist                 |
 //! | [`simulation`]     | true states of a simulated arm, and pushes               |
 //! | [`csv`]            | ticks as a table                                         |
 //! | [`export`]         | ticks in other programs' formats                         |
@@ -49,6 +50,7 @@ pub mod proto;
 mod queue;
 pub mod raw_link_bytes;
 mod reader;
+pub mod record_values;
 mod recorded_metadata;
 pub mod recorder;
 pub mod recording;

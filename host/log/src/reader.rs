@@ -2,29 +2,31 @@
 //! extend: see [`limits`](super::limits).
 
 mod channels;
+mod damage;
+mod messages;
 mod rows;
 
 pub use rows::{Row, Rows};
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use armbridge_client::event::{Event, EventKind};
-use armbridge_shared::link::message::{Settings, ToHost};
-use mcap::records::{Record, op};
-use prost::Message as _;
+use armbridge_shared::link::message::{Record, Settings, ToHost};
+use mcap::records::op;
 
 use super::error::ReadError;
-use super::limits::{DAMAGE_SENTENCES, MESSAGE_BYTES, PUSHES, RECORD_BYTES, quote};
+use super::limits::{DAMAGE_SENTENCES, RECORD_BYTES, quote};
 use super::log_path::find;
 use super::recorded_metadata::{self, MetadataByName, RecordedMetadata};
 use super::records::{Next, Records, TooLong, parse, split};
-use super::simulation::{self, Push, TrueState};
+use super::simulation::{Push, TrueState};
 use super::topics::Topic;
-use super::{event_messages, metadata, proto, raw_link_bytes, telemetry};
+use super::{metadata, raw_link_bytes};
 use crate::run_info::RunFacts;
+
+use damage::is_closed;
 
 /// Header of a chunk that is not compressed: times, size, checksum, an empty name, size.
 const CHUNK_HEADER: usize = 8 + 8 + 8 + 4 + 4 + 8;
@@ -59,6 +61,8 @@ pub struct Reader {
     unlisted: u64,
     last_tick: Option<u32>,
     pushes: Vec<Push>,
+    /// Number of them that have begun by the latest tick.
+    pushes_begun: usize,
     /// States of a simulation are decoded, not skipped.
     reads_states: bool,
     is_over: bool,
@@ -128,6 +132,7 @@ impl Reader {
             unlisted: 0,
             last_tick: None,
             pushes: Vec::new(),
+            pushes_begun: 0,
             reads_states: false,
             is_over: false,
             damage,
@@ -174,6 +179,17 @@ impl Reader {
     /// start.
     pub fn pushes(&self) -> &[Push] {
         &self.pushes
+    }
+
+    /// Pushes that have begun by the start of this tick, each once. In the file a push may be
+    /// before ticks of earlier time.
+    pub fn pushes_begun(&mut self, record: &Record) -> &[Push] {
+        let start_ns = record.start_us.saturating_mul(1_000);
+        let waiting = self.pushes.get(self.pushes_begun..).unwrap_or_default();
+        let begun = waiting.iter().take_while(|push| push.start_ns <= start_ns);
+        let from = self.pushes_begun;
+        self.pushes_begun += begun.count();
+        self.pushes.get(from..self.pushes_begun).unwrap_or_default()
     }
 
     /// Whether the part that has been read has true states of a simulated arm.
@@ -253,25 +269,11 @@ impl Reader {
         Ok(false)
     }
 
-    fn end_with(&mut self, how: &str) {
-        self.is_over = true;
-        let after = self.after_tick();
-        self.damage
-            .push(format!("the log {how}; what came {after} is missing"));
-    }
-
-    fn after_tick(&self) -> String {
-        self.last_tick.map_or_else(
-            || "after its beginning".into(),
-            |tick| format!("after tick {tick}"),
-        )
-    }
-
     /// Extracts the records of the chunk; `false` if it is damaged.
     fn unpack(&mut self) -> bool {
         self.at = 0;
         let why = match parse(op::CHUNK, &self.chunk) {
-            Some(Record::Chunk { header, data }) => {
+            Some(mcap::records::Record::Chunk { header, data }) => {
                 if !header.compression.is_empty() {
                     // Nor could it be larger than its file says once it is unpacked.
                     format!(
@@ -304,111 +306,12 @@ impl Reader {
         false
     }
 
-    fn decode_message(
-        &mut self,
-        topic: Topic,
-        bytes: &[u8],
-    ) -> Result<Option<Item>, event_messages::Unreadable> {
-        let is_same_schema = self.is_same_schema;
-        let unreadable = |_| event_messages::Unreadable;
-        let (host_ns, kind) = match topic {
-            Topic::Telemetry => {
-                let message = proto::Telemetry::decode(bytes).map_err(unreadable)?;
-                let (sequence, record) =
-                    telemetry::record(&message).ok_or(event_messages::Unreadable)?;
-                self.last_tick = Some(record.tick);
-                (
-                    message.host_ns,
-                    EventKind::Received(sequence, ToHost::Record(record)),
-                )
-            }
-            Topic::Commands => {
-                let message = proto::Command::decode(bytes).map_err(unreadable)?;
-                let kind = event_messages::host_message(&message, is_same_schema)
-                    .ok_or(event_messages::Unreadable)?;
-                (message.host_ns, kind)
-            }
-            Topic::Events => {
-                let message = proto::Event::decode(bytes).map_err(unreadable)?;
-                match event_messages::event(&message, is_same_schema)? {
-                    Some(kind) => (message.host_ns, kind),
-                    None => return Ok(None),
-                }
-            }
-            Topic::Parameters => {
-                let message = proto::Parameters::decode(bytes).map_err(unreadable)?;
-                let kind = event_messages::settings(&message, is_same_schema)
-                    .ok_or(event_messages::Unreadable)?;
-                (message.host_ns, kind)
-            }
-            Topic::SimulationState if self.reads_states => {
-                let message = proto::SimulationState::decode(bytes).map_err(unreadable)?;
-                let state = simulation::state(&message).ok_or(event_messages::Unreadable)?;
-                return Ok(Some(Item::State(state.0, state.1)));
-            }
-            Topic::SimulationPush => {
-                let message = proto::SimulationPush::decode(bytes).map_err(unreadable)?;
-                let push = simulation::push(&message).ok_or(event_messages::Unreadable)?;
-                if self.pushes.len() < PUSHES {
-                    self.pushes.push(push);
-                }
-                return Ok(None);
-            }
-            // Left out, and derived from the other messages.
-            Topic::SimulationState
-            | Topic::Statistics
-            | Topic::Log
-            | Topic::JointStates
-            | Topic::Transforms
-            | Topic::Scene => return Ok(None),
-        };
-        Ok(Some(Item::Event(Event { host_ns, kind })))
-    }
-
     /// The next record of the chunk: opcode, and range of its body.
     fn record(&mut self) -> Option<(u8, std::ops::Range<usize>)> {
         let (opcode, body, _) = split(self.chunk.get(self.at..)?)?;
         let start = self.at + 1 + 8;
         self.at = start + body.len();
         Some((opcode, start..self.at))
-    }
-
-    fn item_of_record(&mut self, opcode: u8, body: &[u8]) -> Option<Item> {
-        match parse(opcode, body) {
-            Some(Record::Message { header, data }) => {
-                let topic = *self.channels.get(&header.channel_id)?;
-                let item = if data.len() > MESSAGE_BYTES {
-                    Err(event_messages::Unreadable)
-                } else {
-                    self.decode_message(topic, &data)
-                };
-                item.unwrap_or_else(|_| {
-                    self.unreadable += 1;
-                    None
-                })
-            }
-            Some(Record::Channel(_)) => {
-                // A simulation's topic, or another program's.
-                let _ = self.register_channel(body);
-                None
-            }
-            _ => None,
-        }
-    }
-
-    fn report_unlisted(&mut self) {
-        if self.unlisted > 0 {
-            let more = std::mem::take(&mut self.unlisted);
-            self.damage
-                .push(format!("{more} more chunks were left out"));
-        }
-        if self.unreadable > 0 {
-            self.damage.push(format!(
-                "{} messages are damaged or of another version and were left out",
-                self.unreadable
-            ));
-            self.unreadable = 0;
-        }
     }
 
     /// The next item; states only where [`rows`](Self::rows) wants them.
@@ -445,13 +348,4 @@ impl Iterator for Reader {
             }
         }
     }
-}
-
-/// Whether a file ends with the magic of MCAP: its index is complete.
-fn is_closed(path: &Path) -> io::Result<bool> {
-    let mut file = File::open(path)?;
-    let mut end = [0; mcap::MAGIC.len()];
-    file.seek(SeekFrom::End(-(end.len() as i64)))?;
-    file.read_exact(&mut end)?;
-    Ok(end == mcap::MAGIC)
 }

@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 use armbridge_analysis::monte_carlo::Trial;
 use armbridge_analysis::plan_runner::Script;
 use armbridge_client::enum_names;
-use armbridge_log::export::{self, About, Format, column};
+use armbridge_log::export::column::{self, Quantity, Values};
+use armbridge_log::export::{self, About, Format};
 use armbridge_log::inspect::settings;
 use armbridge_log::output_file::{Existing, OutputFile};
 use armbridge_log::recording::Row;
@@ -160,8 +161,10 @@ impl Expected<'_> {
         self.bytes("compute_ns", "u4", |r| r.timing.compute_ns.to_le_bytes());
         self.bytes("missed_ticks", "u4", |r| r.timing.missed.to_le_bytes());
         self.bytes("dropped_records", "u4", |r| r.dropped.to_le_bytes());
-        for (i, quantity) in column::TRUE_QUANTITIES.iter().enumerate() {
-            for (joint, name) in quantity.columns.into_iter().enumerate() {
+        let is_true = |quantity: &&Quantity| matches!(quantity.values, Values::Truth(_));
+        let quantities = column::QUANTITIES.iter().filter(is_true);
+        for (i, quantity) in quantities.enumerate() {
+            for (joint, name) in quantity.columns.iter().enumerate() {
                 let value = |r: &Record| truth(r).map_or(f32::NAN, |_| true_value(r, i, joint));
                 self.bytes(name, "f4", |r| value(r).to_le_bytes());
             }

@@ -1,16 +1,16 @@
 //! `angles`: samples, estimate and setpoint of both joints.
 
 use armbridge_client::enum_names;
+use armbridge_log::record_values::{angle_rad, reference_rad};
 use armbridge_log::summary::{JointSummary, SETTLED_RAD};
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Drive, Record};
 
 use super::axis::Axis;
 use super::decimate::distinct;
 use super::drawing::{Anchor, Drawing, Font, Stroke};
 use super::marks::NOTE;
 use super::panel::{ALARM, GAP, GOOD, JOINT, JOINT_TINT, Key, MUTED, Panel, SETPOINT};
-use super::reduce::{angle, missing, reference};
+use super::reduce::missing;
 use super::run::Run;
 use super::{figure, marks};
 
@@ -37,7 +37,11 @@ pub(super) fn draw(run: &Run) -> Drawing {
             marks::draw_texts(&mut drawing, &panel, run, marks::LANE_PX);
         }
         if let Some(behind) = behind {
-            panel.curve(&mut drawing, behind.over_time(|r| angle(r, joint)), BEHIND);
+            panel.curve(
+                &mut drawing,
+                behind.over_time(|r| angle_rad(r, joint)),
+                BEHIND,
+            );
         }
         draw_joint(&mut drawing, &panel, run, joint);
         draw_setpoints(&mut drawing, &panel, run, joint);
@@ -78,8 +82,8 @@ fn draw_note(
     joint: usize,
     (at_s, text, colour): (f64, &str, &'static str),
 ) {
-    let angle = run.value_at(at_s, |r| angle(r, joint));
-    let setpoint = run.value_at(at_s, |r| reference(r, joint));
+    let angle = run.value_at(at_s, |r| angle_rad(r, joint));
+    let setpoint = run.value_at(at_s, |r| reference_rad(r, joint));
     if !(angle.is_finite() && setpoint.is_finite()) {
         return;
     }
@@ -130,7 +134,7 @@ fn draw_joint(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
         JOINT_TINT[joint],
     );
     let estimate = Stroke::solid(JOINT[joint], ESTIMATE_WIDTH);
-    panel.curve(drawing, run.over_time(|r| angle(r, joint)), estimate);
+    panel.curve(drawing, run.over_time(|r| angle_rad(r, joint)), estimate);
 
     let mut legend = vec![
         (Key::Dots(JOINT_TINT[joint]), "encoder"),
@@ -158,11 +162,8 @@ fn draw_joint(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
 
 /// Draws the reference.
 fn draw_reference(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
-    let reference = |r: &Record| match r.mode.drive() {
-        Some(Drive::Regulate | Drive::Track | Drive::Hold) => reference(r, joint),
-        _ => f64::NAN,
-    };
-    panel.curve(drawing, run.over_time(reference), SETPOINT);
+    let reference = run.over_time(|r| reference_rad(r, joint));
+    panel.curve(drawing, reference, SETPOINT);
 }
 
 /// Draws the setpoints, the bands in which a joint counts as settled, and the results.

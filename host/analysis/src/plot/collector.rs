@@ -3,6 +3,7 @@
 use armbridge_client::LinkStats;
 use armbridge_client::enum_names;
 use armbridge_client::event::{Event, EventKind};
+use armbridge_log::record_values::{error_rad, reference_rad};
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::simulation::Push;
 use armbridge_log::summary::{Counts, Tally};
@@ -11,7 +12,8 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Command, Record, Settings, ToBoard, ToHost};
 
 use super::marks::Mark;
-use super::reduce::{Reduced, Tick, reference};
+use super::reduce::{Reduced, Tick};
+use super::rms::Rms;
 use super::run::Run;
 use super::spectrum::Welches;
 use super::timing::QUANTITIES;
@@ -26,9 +28,11 @@ const SPEED_CELL: f64 = 1e-3;
 
 /// A run in progress.
 #[derive(Debug)]
-pub struct Collector {
-    /// Window in s after the origin.
-    window_s: [Option<f64>; 2],
+pub(super) struct Collector {
+    /// First and last time that are shown, in s after the first tick; none for the end.
+    window_s: (f64, Option<f64>),
+    /// Time zero in s after the first tick.
+    origin_s: f64,
     /// Facts, with the settings in force: those that were reported last before the motors were
     /// first driven.
     facts: RunFacts,
@@ -48,6 +52,7 @@ struct Shown {
     phase: [Trace; JOINTS],
     path: Trace,
     reference: Trace,
+    error: Rms,
     spectra: Welches,
     timing: Vec<Counts>,
 }
@@ -61,6 +66,7 @@ impl Default for Shown {
             phase: [(); JOINTS].map(|()| Trace::new([ANGLE_CELL, SPEED_CELL])),
             path: plane(),
             reference: plane(),
+            error: Rms::default(),
             spectra: Welches::default(),
             timing: QUANTITIES.map(|_| Counts::default()).into(),
         }
@@ -68,11 +74,16 @@ impl Default for Shown {
 }
 
 impl Collector {
-    /// Run with these facts, as far as its events do not report other settings. The window is from
-    /// `from_s` to `to_s` after time zero, `None` for the ends of the run.
-    pub fn new(facts: &RunFacts, window_s: [Option<f64>; 2]) -> Self {
+    /// Run with these facts, as far as its events do not report other settings. Its time zero is
+    /// `origin_s` after its first tick. The window is from `from_s` to `to_s` after time zero,
+    /// `None` for time zero and for the end of the run.
+    pub(super) fn new(facts: &RunFacts, origin_s: f64, [from_s, to_s]: [Option<f64>; 2]) -> Self {
         Self {
-            window_s,
+            window_s: (
+                origin_s + from_s.unwrap_or(0.0),
+                to_s.map(|to_s| origin_s + to_s),
+            ),
+            origin_s,
             facts: facts.clone(),
             settings: None,
             times: RunTimes::default(),
@@ -83,10 +94,9 @@ impl Collector {
         }
     }
 
-    /// Adds the next event of the link.
-    pub fn event(&mut self, event: &Event) {
+    /// Adds the next event of the link, which is no record.
+    pub(super) fn event(&mut self, event: &Event) {
         match &event.kind {
-            EventKind::Received(_, ToHost::Record(record)) => self.record(record),
             EventKind::Received(_, ToHost::Settings(settings)) if !self.times.is_driven() => {
                 self.facts = self.facts.with_settings(settings);
                 self.settings = Some(*settings);
@@ -122,8 +132,26 @@ impl Collector {
         }
     }
 
-    /// Adds a push on the simulated arm that begins, on the board's clock.
-    pub fn push(&mut self, push: &Push) {
+    /// Adds the next tick, and the pushes on the simulated arm that have begun since the one
+    /// before.
+    pub(super) fn record(&mut self, record: &Record, begun: &[Push]) {
+        let time_s = self.times.add(record);
+        for push in begun {
+            self.push(push);
+        }
+        // Statistics begin with the plan.
+        if time_s >= self.origin_s {
+            self.tally.add(record);
+        }
+        let before = self.last.replace(*record);
+        let (from_s, to_s) = self.window_s;
+        if time_s >= from_s && to_s.is_none_or(|to_s| time_s <= to_s) {
+            let before = before.filter(|before| follows(before, record));
+            self.shown.add(record, before.as_ref(), time_s, &self.facts);
+        }
+    }
+
+    fn push(&mut self, push: &Push) {
         self.tally.push(push);
         if self.marks.len() < MARKS_MAX {
             let time_s = self.times.at_us(push.start_ns / 1_000);
@@ -131,50 +159,18 @@ impl Collector {
         }
     }
 
-    /// Adds the next tick.
-    pub fn record(&mut self, record: &Record) {
-        let was_begun = self.times.origin_s().is_some();
-        let time_s = self.times.add(record);
-        let origin_s = self.times.origin_s();
-        if !was_begun && origin_s.is_some() {
-            self.begin(time_s);
-        }
-        self.tally.add(record);
-        let follows = self.last.is_some_and(|last| follows(&last, record));
-        let [from_s, to_s] = self.window_s;
-        // Whether a tick before time zero is in the window is known at time zero.
-        let is_in_window = origin_s.is_none_or(|origin_s| {
-            let since_s = time_s - origin_s;
-            from_s.is_none_or(|from_s| since_s >= from_s) && to_s.is_none_or(|to_s| since_s <= to_s)
-        });
-        if is_in_window {
-            let before = self.last.filter(|_| follows);
-            self.shown.add(record, before.as_ref(), time_s, &self.facts);
-        }
-        self.last = Some(*record);
-    }
-
-    /// Takes this time as time zero: what came before is shown only where that is requested.
-    fn begin(&mut self, time_s: f64) {
-        self.tally = Tally::default();
-        match self.window_s[0].filter(|from_s| *from_s < 0.0) {
-            Some(from_s) => self.shown.ticks.begin_at(time_s + from_s),
-            None => self.shown = Shown::default(),
-        }
-    }
-
     /// The run.
-    pub fn finish(self) -> Run {
+    pub(super) fn finish(self) -> Run {
         let facts = self.facts;
         let period_s = f64::from(facts.period_us) * 1e-6;
-        let origin_s = self.times.origin_s().unwrap_or(0.0);
+        let origin_s = self.origin_s;
         let since = |time_s: f64| time_s - origin_s;
         let mut ticks = self.shown.ticks.into_ticks();
         for tick in &mut ticks {
             tick.time_s = since(tick.time_s);
         }
-        let [from_s, to_s] = self.window_s;
-        let from_s = from_s.unwrap_or(0.0);
+        let from_s = since(self.window_s.0);
+        let to_s = self.window_s.1.map(since);
         let end_s = ticks.last().map_or(1.0, |last| last.time_s + period_s);
         let mut marks = self.marks;
         for mark in &mut marks {
@@ -201,6 +197,7 @@ impl Collector {
             phase: self.shown.phase.map(Trace::into_pieces),
             path_curve: self.shown.path.into_pieces(),
             reference_curve: self.shown.reference.into_pieces(),
+            error_rms_rad: self.shown.error.values(),
             spectra: self.shown.spectra.finish(rate_hz),
             timing: self.shown.timing,
             shown: self.shown.count,
@@ -236,7 +233,8 @@ impl Shown {
         }
         self.path.add(if is_up { (q1, q2) } else { gap });
         self.reference
-            .add((reference(record, 0), reference(record, 1)));
+            .add((reference_rad(record, 0), reference_rad(record, 1)));
+        self.error.add([0, 1].map(|joint| error_rad(record, joint)));
         self.spectra.add(before, record, facts);
         for (counts, quantity) in self.timing.iter_mut().zip(&QUANTITIES) {
             if let Some(value) = (quantity.of)(record) {

@@ -25,6 +25,7 @@ mod angles;
 pub(crate) mod axis;
 mod collector;
 mod decimate;
+mod difference;
 pub(crate) mod drawing;
 mod labels;
 mod marks;
@@ -34,10 +35,13 @@ mod phase;
 mod png;
 mod preview;
 mod reduce;
+mod rms;
 mod run;
 mod several;
 mod spectrum;
 mod svg;
+#[cfg(test)]
+mod tests;
 mod text;
 mod timing;
 mod torque;
@@ -45,7 +49,6 @@ mod trace;
 mod tracking;
 mod welch;
 
-pub use collector::Collector;
 pub use png::RasterError;
 pub use preview::draw_preview;
 
@@ -140,11 +143,11 @@ impl Figure {
     }
 
     /// The figure of one run, or of several; none if it does not exist for so many.
-    fn draw(self, runs: &[Run]) -> Option<Drawing> {
+    fn draw(self, runs: &[Run]) -> Result<Option<Drawing>, ReadError> {
         let [run] = runs else {
             return several::draw(self, runs);
         };
-        match self {
+        Ok(match self {
             Self::Angles => Some(angles::draw(run)),
             Self::Tracking => Some(tracking::draw(run)),
             Self::Torque => Some(torque::draw(run)),
@@ -153,7 +156,7 @@ impl Figure {
             Self::Timing => Some(timing::draw(run)),
             Self::Spectrum => Some(spectrum::draw(run)),
             Self::Difference => None,
-        }
+        })
     }
 }
 
@@ -235,11 +238,15 @@ pub fn draw(
     runs: &[Run],
 ) -> Result<Vec<PathBuf>, PlotError> {
     let several = if runs.len() > 1 { "compare-" } else { "" };
-    let name = |figure: &Figure| format!("{several}{}", figure.name());
-    let drawn = figures
-        .iter()
-        .filter_map(|figure| Some((name(figure), figure.draw(runs)?)));
-    write_as(folder, formats, existing, drawn)
+    let mut files = Vec::new();
+    // One by one: the pixels of a figure take more memory than an hour's run.
+    for figure in figures {
+        if let Some(drawing) = figure.draw(runs)? {
+            let name = format!("{several}{}", figure.name());
+            files.extend(write_figure(folder, formats, existing, &name, &drawing)?);
+        }
+    }
+    Ok(files)
 }
 
 /// Writes named drawings into a folder, as SVG and PNG; files that exist are kept.
@@ -258,7 +265,6 @@ pub(crate) fn write_as<N: AsRef<str>>(
     figures: impl IntoIterator<Item = (N, Drawing)>,
 ) -> Result<Vec<PathBuf>, PlotError> {
     let mut files = Vec::new();
-    // One by one: the pixels of a figure take more memory than an hour's run.
     for (name, drawing) in figures {
         files.extend(write_figure(
             folder,

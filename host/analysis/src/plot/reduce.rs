@@ -2,11 +2,13 @@
 //!
 //! A figure has about two thousand columns of pixels, a run any number of ticks. Of all ticks
 //! in one column only those are visible in which a drawn quantity is first, last, smallest or
-//! largest, and those at a change of the mode; the others are omitted. Up to [`TICKS_MAX`]
+//! largest, and those at a change such as that of the mode; the others are omitted. Up to [`TICKS_MAX`]
 //! ticks nothing is omitted; beyond, columns widen by doubling, and never beyond a pixel of
 //! the figure by much. No peak is lost.
 
 use armbridge_client::enum_names;
+use armbridge_log::record_values::{angle_rad, count, error_rad, reference_rad};
+use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Record, Sample};
 
 /// Largest number of ticks in memory: 80 s at 1 kHz, some 10 MB.
@@ -15,72 +17,59 @@ const TICKS_MAX: usize = 80_000;
 /// Smallest width of a column in s: one tick at the highest rate.
 const COLUMN_S: f64 = 1e-3;
 
-/// Changes of the mode that are kept in one column.
+/// Changes that are kept in one column.
 const CHANGES: usize = 2;
 
-/// A tick with its time.
+/// A tick with its time: its record, or other values of it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Tick {
+pub(super) struct Tick<T = Record> {
     /// In s.
     pub(super) time_s: f64,
     /// No tick is missing since the one before it.
     pub(super) follows: bool,
-    pub(super) record: Record,
+    pub(super) record: T,
 }
 
-/// A drawn quantity; NaN where it is not drawn.
-type Quantity = fn(&Record) -> f64;
+/// Values of a tick that a figure draws.
+pub(super) trait Drawn: Sized + 'static {
+    /// Quantities whose extremes are visible; NaN where one is not drawn.
+    const QUANTITIES: &'static [fn(&Self) -> f64];
 
-/// Drawn quantities whose extremes are visible.
-const QUANTITIES: [Quantity; 17] = [
-    |r| angle(r, 0),
-    |r| angle(r, 1),
-    |r| count(r, 0),
-    |r| count(r, 1),
-    |r| error_rad(r, 0),
-    |r| error_rad(r, 1),
-    |r| reference(r, 0),
-    |r| reference(r, 1),
-    |r| f64::from(r.torque_nm[0]),
-    |r| f64::from(r.torque_nm[1]),
-    |r| f64::from(r.pwm_in_force[0]),
-    |r| f64::from(r.pwm_in_force[1]),
-    |r| missing(r, 0),
-    |r| missing(r, 1),
-    |r| f64::from(r.timing.start_error_us),
-    |r| f64::from(r.timing.bus_us),
-    |r| f64::from(r.timing.compute_ns),
-];
-
-/// Estimated angle in rad; NaN until servos are found.
-pub(super) fn angle(record: &Record, joint: usize) -> f64 {
-    if enum_names::is_up(record.mode) {
-        f64::from(record.angle_rad[joint])
-    } else {
-        f64::NAN
+    /// Whether the change from one tick to the next is visible.
+    fn is_change(_before: &Self, _after: &Self) -> bool {
+        false
     }
 }
 
-/// Reference in rad; NaN while the arm is not driven.
-pub(super) fn reference(record: &Record, joint: usize) -> f64 {
-    if record.mode.drive().is_some() {
-        f64::from(record.reference_rad[joint])
-    } else {
-        f64::NAN
+impl Drawn for Record {
+    const QUANTITIES: &'static [fn(&Self) -> f64] = &[
+        |r| angle_rad(r, 0),
+        |r| angle_rad(r, 1),
+        |r| count(r, 0),
+        |r| count(r, 1),
+        |r| error_rad(r, 0),
+        |r| error_rad(r, 1),
+        |r| reference_rad(r, 0),
+        |r| reference_rad(r, 1),
+        |r| f64::from(r.torque_nm[0]),
+        |r| f64::from(r.torque_nm[1]),
+        |r| f64::from(r.pwm_in_force[0]),
+        |r| f64::from(r.pwm_in_force[1]),
+        |r| missing(r, 0),
+        |r| missing(r, 1),
+        |r| f64::from(r.timing.start_error_us),
+        |r| f64::from(r.timing.bus_us),
+        |r| f64::from(r.timing.compute_ns),
+    ];
+
+    fn is_change(before: &Self, after: &Self) -> bool {
+        before.mode != after.mode
     }
 }
 
-/// Estimate minus reference in rad; NaN while the arm is not driven.
-pub(super) fn error_rad(record: &Record, joint: usize) -> f64 {
-    f64::from(record.angle_rad[joint]) - reference(record, joint)
-}
-
-/// Encoder count; NaN if the sample is missing.
-fn count(record: &Record, joint: usize) -> f64 {
-    match record.samples[joint] {
-        Sample::Counts(count) => f64::from(count),
-        Sample::Missing(_) => f64::NAN,
-    }
+/// A value of each joint.
+impl Drawn for [f64; JOINTS] {
+    const QUANTITIES: &'static [fn(&Self) -> f64] = &[|values| values[0], |values| values[1]];
 }
 
 /// 1 if a sample is missing, else NaN.
@@ -93,19 +82,19 @@ pub(super) fn missing(record: &Record, joint: usize) -> f64 {
 
 /// Ticks in order of time, reduced as they are added.
 #[derive(Debug)]
-pub(super) struct Reduced {
-    ticks: Vec<Tick>,
+pub(super) struct Reduced<T = Record> {
+    ticks: Vec<Tick<T>>,
     most: usize,
     column_s: f64,
 }
 
-impl Default for Reduced {
+impl<T: Drawn> Default for Reduced<T> {
     fn default() -> Self {
         Self::with_most(TICKS_MAX)
     }
 }
 
-impl Reduced {
+impl<T: Drawn> Reduced<T> {
     fn with_most(most: usize) -> Self {
         Self {
             ticks: Vec::new(),
@@ -114,7 +103,7 @@ impl Reduced {
         }
     }
 
-    pub(super) fn add(&mut self, tick: Tick) {
+    pub(super) fn add(&mut self, tick: Tick<T>) {
         if self.ticks.len() >= self.most {
             self.reduce();
             // A quarter is free again, so that each tick is looked at a few times only.
@@ -126,18 +115,13 @@ impl Reduced {
         self.ticks.push(tick);
     }
 
-    /// Omits ticks before a time.
-    pub(super) fn begin_at(&mut self, time_s: f64) {
-        self.ticks.retain(|tick| tick.time_s >= time_s);
-    }
-
-    pub(super) fn into_ticks(self) -> Vec<Tick> {
+    pub(super) fn into_ticks(self) -> Vec<Tick<T>> {
         self.ticks
     }
 
     /// Omits what is invisible in columns of this width.
     fn reduce(&mut self) {
-        let column = |tick: &Tick| (tick.time_s / self.column_s).floor();
+        let column = |tick: &Tick<T>| (tick.time_s / self.column_s).floor();
         let columns = self
             .ticks
             .chunk_by(|a, b| column(a).to_bits() == column(b).to_bits());
@@ -153,12 +137,12 @@ impl Reduced {
 }
 
 /// Which ticks of a column are visible.
-fn visible(column: &[Tick]) -> Vec<bool> {
+fn visible<T: Drawn>(column: &[Tick<T>]) -> Vec<bool> {
     let mut is_visible = vec![false; column.len()];
     for end in [0, column.len() - 1] {
         is_visible[end] = true;
     }
-    for quantity in QUANTITIES {
+    for quantity in T::QUANTITIES {
         let (mut lowest, mut highest) = (None, None);
         for (at, tick) in column.iter().enumerate() {
             let value = quantity(&tick.record);
@@ -174,8 +158,8 @@ fn visible(column: &[Tick]) -> Vec<bool> {
             is_visible[at] = true;
         }
     }
-    let modes = column.windows(2).enumerate();
-    let changes = modes.filter(|(_, two)| two[0].record.mode != two[1].record.mode);
+    let neighbours = column.windows(2).enumerate();
+    let changes = neighbours.filter(|(_, two)| T::is_change(&two[0].record, &two[1].record));
     for (at, _) in changes.take(CHANGES) {
         is_visible[at] = true;
         is_visible[at + 1] = true;

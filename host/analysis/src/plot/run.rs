@@ -1,11 +1,12 @@
 //! A run as its figures show it: ticks with their times, and what is computed from all of them.
 //!
 //! Time zero is the first armed tick, see [`time_origin`](armbridge_log::time_origin). A
-//! [`Collector`] reads a log once, tick by tick; memory does not grow with its length.
+//! [`Collector`] takes a log tick by tick; memory does not grow with its length. The log is read
+//! up to time zero before that: what a window contains depends on it.
 
 use std::path::{Path, PathBuf};
 
-use armbridge_client::params;
+use armbridge_client::{enum_names, params};
 use armbridge_log::recording::{ReadError, Reader};
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::summary::{Counts, SegmentSummary};
@@ -52,6 +53,8 @@ pub struct Run {
     /// Angle of joint 2 over that of joint 1: estimate and reference.
     pub(super) path_curve: Curve,
     pub(super) reference_curve: Curve,
+    /// Root mean square of estimate minus reference over all ticks in the window, in rad.
+    pub(super) error_rms_rad: [f64; JOINTS],
     /// Spectra of [`SIGNALS`](super::spectrum::SIGNALS), of each joint.
     pub(super) spectra: Vec<[Option<Spectrum>; JOINTS]>,
     /// Values of the [`QUANTITIES`](super::timing::QUANTITIES) of all ticks in the window.
@@ -87,17 +90,14 @@ impl Run {
     /// # Errors
     /// When nothing can be read.
     pub fn read(path: &Path, window_s: [Option<f64>; 2]) -> Result<Self, ReadError> {
+        let origin_s = origin_s(Reader::open(path)?.filter_map(|event| event.record()));
         let mut reader = Reader::open(path)?;
-        let mut collector = Collector::new(reader.facts(), window_s);
-        let mut pushes = 0;
+        let mut collector = Collector::new(reader.facts(), origin_s, window_s);
         while let Some(event) = reader.next() {
-            // A push is in the log before the ticks after it.
-            let begun = reader.pushes();
-            for push in begun.get(pushes..).unwrap_or_default() {
-                collector.push(push);
+            match event.record() {
+                Some(record) => collector.record(&record, reader.pushes_begun(&record)),
+                None => collector.event(&event),
             }
-            pushes = begun.len();
-            collector.event(&event);
         }
         Ok(Self {
             path: reader.path().to_path_buf(),
@@ -108,9 +108,10 @@ impl Run {
 
     /// Run of these records.
     pub fn of_records(facts: &RunFacts, records: &[Record]) -> Self {
-        let mut collector = Collector::new(facts, [None; 2]);
+        let origin_s = origin_s(records.iter().copied());
+        let mut collector = Collector::new(facts, origin_s, [None; 2]);
         for record in records {
-            collector.record(record);
+            collector.record(record, &[]);
         }
         collector.finish()
     }
@@ -186,11 +187,13 @@ impl Run {
         intervals.filter(move |interval| interval.end_s > from_s && interval.start_s < to_s)
     }
 
-    /// Angle by the encoder in rad; NaN if the sample is missing.
+    /// Angle by the encoder in rad; NaN if the sample is missing, or servos have not been found.
     pub(super) fn measured_rad(&self, record: &Record, joint: usize) -> f64 {
         match record.samples[joint] {
-            Sample::Counts(count) => self.facts.angle_rad(joint, count),
-            Sample::Missing(_) => f64::NAN,
+            Sample::Counts(count) if enum_names::is_up(record.mode) => {
+                self.facts.angle_rad(joint, count)
+            }
+            Sample::Counts(_) | Sample::Missing(_) => f64::NAN,
         }
     }
 
@@ -205,4 +208,14 @@ impl Run {
     pub(super) fn has_gaps(&self) -> bool {
         self.ticks.iter().skip(1).any(|tick| !tick.follows)
     }
+}
+
+/// Time zero of a run in s after its first tick.
+fn origin_s(records: impl Iterator<Item = Record>) -> f64 {
+    let mut times = RunTimes::default();
+    let mut origins = records.filter_map(|record| {
+        times.add(&record);
+        times.origin_s()
+    });
+    origins.next().unwrap_or(0.0)
 }

@@ -1,20 +1,19 @@
 //! Figures of several runs: their curves over each other, a colour for each run.
 //!
 //! Runs share their time axis: time zero is where they are aligned. `difference` is each run
-//! minus the first at the same times, see
-//! [`pairs`](armbridge_log::inspect::diff::pairs): angles are interpolated between the ticks
-//! of the faster run.
+//! minus the first at the same times, see [`difference`](super::difference).
 
-use armbridge_log::inspect::diff::{Pair, pairs};
+use armbridge_log::record_values::{angle_rad, error_rad, reference_rad};
+use armbridge_log::recording::ReadError;
 use armbridge_log::summary::SETTLED_RAD;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Record;
 
 use super::axis::Axis;
+use super::difference::Difference;
 use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use super::labels::labels;
 use super::panel::{ALARM, FOURTH, GOOD, INK, JOINT, LABEL, LIMIT, Panel, SETPOINT};
-use super::reduce::{angle, error_rad, reference};
 use super::run::Run;
 use super::spectrum::SIGNALS;
 use super::tracking::ZERO;
@@ -32,17 +31,17 @@ const LINE_PX: f64 = 17.0;
 const PANEL_PX: f64 = 224.0;
 
 /// Draws a figure of several runs; none if it is of one run only.
-pub(super) fn draw(figure: Figure, runs: &[Run]) -> Option<Drawing> {
-    match figure {
+pub(super) fn draw(figure: Figure, runs: &[Run]) -> Result<Option<Drawing>, ReadError> {
+    Ok(match figure {
         Figure::Angles => Some(angles(runs)),
         Figure::Tracking => Some(tracking(runs)),
         Figure::Torque => Some(torque(runs)),
         Figure::Path => Some(paths(runs)),
         Figure::Phase => Some(phases(runs)),
         Figure::Spectrum => Some(spectra(runs)),
-        Figure::Difference => Some(difference(runs)),
+        Figure::Difference => Some(difference(runs)?),
         Figure::Timing => None,
-    }
+    })
 }
 
 fn stroke(place: usize) -> Stroke {
@@ -155,7 +154,7 @@ fn around(runs: &[Run], quantity: impl Fn(&Record) -> f64 + Copy) -> Axis {
 
 fn angles(runs: &[Run]) -> Drawing {
     let (mut drawing, top) = begin("Joint angles", runs, TIME_PANELS_PX, &[]);
-    let axis = |joint| around(runs, |r| angle(r, joint));
+    let axis = |joint| around(runs, |r| angle_rad(r, joint));
     time_panels(
         &mut drawing,
         top,
@@ -163,7 +162,7 @@ fn angles(runs: &[Run]) -> Drawing {
         "angle (rad)",
         axis,
         |drawing, panel, joint| {
-            curves(drawing, panel, runs, |r| angle(r, joint));
+            curves(drawing, panel, runs, |r| angle_rad(r, joint));
             // Dashes of equal references cover each other.
             for (place, run) in runs.iter().enumerate().rev() {
                 let colour = if place == 0 {
@@ -172,7 +171,7 @@ fn angles(runs: &[Run]) -> Drawing {
                     stroke(place).colour
                 };
                 let dashed = Stroke { colour, ..SETPOINT };
-                panel.curve(drawing, run.over_time(|r| reference(r, joint)), dashed);
+                panel.curve(drawing, run.over_time(|r| reference_rad(r, joint)), dashed);
             }
         },
     );
@@ -181,8 +180,8 @@ fn angles(runs: &[Run]) -> Drawing {
 
 fn tracking(runs: &[Run]) -> Drawing {
     let rms = |run: &Run| {
-        let rms = [0, 1].map(|joint| rms(run.records().map(|r| 1e3 * error_rad(r, joint))));
-        format!("rms {:.1} and {:.1} mrad", rms[0], rms[1])
+        let [first, second] = run.error_rms_rad.map(|rad| 1e3 * rad);
+        format!("rms {first:.1} and {second:.1} mrad")
     };
     let notes: Vec<_> = runs.iter().map(rms).collect();
     let (mut drawing, top) = begin("Tracking error", runs, TIME_PANELS_PX, &notes);
@@ -227,25 +226,23 @@ fn torque(runs: &[Run]) -> Drawing {
     drawing
 }
 
-fn difference(runs: &[Run]) -> Drawing {
-    let value = |pair: &Pair, joint: usize| {
-        let [a, b] = &pair.records;
-        1e3 * (angle(b, joint) - angle(a, joint))
-    };
-    let common: Vec<Vec<Pair>> = runs[1..]
-        .iter()
-        .map(|run| pairs_of(&runs[0], run))
-        .collect();
-    let rms_of = |pairs: &Vec<Pair>| {
-        let rms = [0, 1].map(|joint| rms(pairs.iter().map(|pair| value(pair, joint))));
-        format!("minus the first: rms {:.1} and {:.1} mrad", rms[0], rms[1])
+fn difference(runs: &[Run]) -> Result<Drawing, ReadError> {
+    let mut differences = Vec::new();
+    if let [first, others @ ..] = runs {
+        for other in others {
+            differences.push(Difference::read(first, other)?);
+        }
+    }
+    let note = |difference: &Difference| {
+        let [first, second] = difference.rms_mrad;
+        format!("minus the first: rms {first:.1} and {second:.1} mrad")
     };
     let mut notes = vec![String::new()];
-    notes.extend(common.iter().map(rms_of));
+    notes.extend(differences.iter().map(note));
     let (mut drawing, top) = begin("Difference of joint angles", runs, TIME_PANELS_PX, &notes);
     let axis = |joint| {
-        let values = common.iter().flatten().map(|pair| value(pair, joint));
-        Axis::around(values.chain([-1.0, 1.0]), 0.06)
+        let values = differences.iter().flat_map(|one| one.curve(joint));
+        Axis::around(values.map(|(_, mrad)| mrad).chain([-1.0, 1.0]), 0.06)
     };
     time_panels(
         &mut drawing,
@@ -255,36 +252,12 @@ fn difference(runs: &[Run]) -> Drawing {
         axis,
         |drawing, panel, joint| {
             panel.level(drawing, 0.0, ZERO);
-            for (place, pairs) in common.iter().enumerate() {
-                let points = pairs.iter().flat_map(|pair| {
-                    let gap = (!pair.follows).then_some((pair.time_s, f64::NAN));
-                    gap.into_iter().chain([(pair.time_s, value(pair, joint))])
-                });
-                panel.curve(drawing, points, stroke(place + 1));
+            for (place, difference) in differences.iter().enumerate() {
+                panel.curve(drawing, difference.curve(joint), stroke(place + 1));
             }
         },
     );
-    drawing
-}
-
-/// Ticks of two runs at the same times.
-fn pairs_of(a: &Run, b: &Run) -> Vec<Pair> {
-    let ticks = |run: &Run| -> Vec<_> {
-        let ticks = run.ticks.iter();
-        ticks.map(|tick| (tick.time_s, tick.record)).collect()
-    };
-    let periods_s = [a.period_s(), b.period_s()];
-    pairs([ticks(a).into_iter(), ticks(b).into_iter()], periods_s).collect()
-}
-
-/// Root mean square of the values that are finite.
-fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (mut squares, mut count) = (0.0, 0_u32);
-    for value in values.filter(|value| value.is_finite()) {
-        squares += value * value;
-        count += 1;
-    }
-    (squares / f64::from(count.max(1))).sqrt()
+    Ok(drawing)
 }
 
 fn paths(runs: &[Run]) -> Drawing {

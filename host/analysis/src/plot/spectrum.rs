@@ -1,8 +1,10 @@
 //! `spectrum`: power spectral density of error, torque and innovation.
 //!
 //! The innovation is the sample minus the estimate of the previous tick, extrapolated at
-//! its speed; a missing sample has none. Only ticks in which the arm is driven count.
+//! its speed; a missing sample has none. Only ticks in which the arm is driven count, and for
+//! the error those with a reference.
 
+use armbridge_log::record_values::error_rad;
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Record, Sample};
@@ -29,7 +31,7 @@ pub(super) const SIGNALS: [Signal; 3] = [
     Signal {
         title: "Angle error: estimate minus reference",
         axis_title: "mrad²/Hz",
-        of: |_, _, r, j| 1e3 * (f64::from(r.angle_rad[j]) - f64::from(r.reference_rad[j])),
+        of: |_, _, r, j| 1e3 * error_rad(r, j),
     },
     Signal {
         title: "Torque decided",
@@ -175,7 +177,7 @@ fn note(drawing: &mut Drawing, panel: &Panel, spectra: &[Option<Spectrum>]) {
         let Rect { x, y, w, h } = panel.frame;
         drawing.text(
             (x + w / 2.0, y + h / 2.0),
-            "the arm was not driven for long enough",
+            "too few ticks for a spectrum",
             font,
             false,
         );

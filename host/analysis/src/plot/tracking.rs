@@ -3,6 +3,7 @@
 //! Where an error is large at times, such as after a step of the setpoint, a second panel
 //! enlarges the small errors. The results of each setpoint are in a strip above the curve.
 
+use armbridge_log::record_values::error_rad;
 use armbridge_log::summary::{JointSummary, SETTLED_RAD, SegmentSummary};
 use armbridge_shared::JOINTS;
 
@@ -10,7 +11,6 @@ use super::axis::Axis;
 use super::drawing::{Drawing, Rect, Stroke};
 use super::marks::NOTE;
 use super::panel::{GAP, GOOD, JOINT, Key, Panel};
-use super::reduce::error_rad;
 use super::run::Run;
 use super::{figure, marks};
 

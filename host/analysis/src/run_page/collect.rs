@@ -4,14 +4,14 @@ use std::path::Path;
 
 use armbridge_client::LinkStats;
 use armbridge_client::enum_names;
-use armbridge_client::event::{Event, EventKind};
 use armbridge_client::simulation::{Push, TrueState};
+use armbridge_log::record_values::{self, in_closed_loop, once_up};
 use armbridge_log::recording::{ReadError, Reader};
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::summary::{Summary, Tally};
 use armbridge_log::time_origin::RunTimes;
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Record, Sample, Settings, ToHost};
+use armbridge_shared::link::message::{Record, Settings};
 
 use super::events::{EventList, Kind, Level, Listed};
 use super::rows::{Kept, Rows};
@@ -26,7 +26,7 @@ pub(super) struct Quantity {
     /// It is shown of the second run too.
     pub(super) is_compared: bool,
     /// Its value; NaN where there is none.
-    get: fn(&Record, usize) -> f32,
+    get: fn(&Record, usize) -> f64,
 }
 
 /// Name of the true angle of a simulated arm, whose quantity is last.
@@ -37,35 +37,21 @@ pub(super) const ENCODER: &str = "encoder";
 
 /// Quantities in the order of the rows.
 pub(super) const QUANTITIES: [Quantity; 8] = [
-    quantity(ENCODER, false, |record, joint| {
-        match record.samples[joint] {
-            Sample::Counts(count) if enum_names::is_up(record.mode) => f32::from(count),
-            Sample::Counts(_) | Sample::Missing(_) => f32::NAN,
-        }
-    }),
-    quantity("angle", true, |record, joint| {
-        estimate(record, record.angle_rad[joint])
-    }),
-    quantity("reference", true, |record, joint| {
-        reference(record, record.reference_rad[joint])
-    }),
-    quantity("error", true, |record, joint| {
-        reference(
-            record,
-            record.angle_rad[joint] - record.reference_rad[joint],
-        )
-    }),
+    quantity(ENCODER, false, record_values::count),
+    quantity("angle", true, record_values::angle_rad),
+    quantity("reference", true, record_values::reference_rad),
+    quantity("error", true, record_values::error_rad),
     quantity("speed", true, |record, joint| {
-        estimate(record, record.speed_rad_s[joint])
+        once_up(record, record.speed_rad_s[joint])
     }),
     quantity("reference_speed", false, |record, joint| {
-        reference(record, record.reference_speed_rad_s[joint])
+        in_closed_loop(record, record.reference_speed_rad_s[joint])
     }),
     quantity("torque", true, |record, joint| {
-        estimate(record, record.torque_nm[joint])
+        once_up(record, record.torque_nm[joint])
     }),
     quantity("disturbance", false, |record, joint| {
-        estimate(record, record.disturbance_nm[joint])
+        once_up(record, record.disturbance_nm[joint])
     }),
 ];
 
@@ -75,30 +61,12 @@ const POSE: [usize; 2] = [1, 2];
 const fn quantity(
     name: &'static str,
     is_compared: bool,
-    get: fn(&Record, usize) -> f32,
+    get: fn(&Record, usize) -> f64,
 ) -> Quantity {
     Quantity {
         name,
         is_compared,
         get,
-    }
-}
-
-/// A value that is known once servos have been found.
-fn estimate(record: &Record, value: f32) -> f32 {
-    if enum_names::is_up(record.mode) {
-        value
-    } else {
-        f32::NAN
-    }
-}
-
-/// A value that exists while there is a reference.
-fn reference(record: &Record, value: f32) -> f32 {
-    use armbridge_shared::link::message::Drive;
-    match record.mode.drive() {
-        Some(Drive::Regulate | Drive::Track | Drive::Hold) => value,
-        _ => f32::NAN,
     }
 }
 
@@ -155,17 +123,11 @@ impl Collected {
     pub(super) fn read(path: &Path) -> Result<Self, ReadError> {
         let mut log = Reader::open(path)?.rows();
         let mut pass = Pass::new();
-        let mut pushes = 0;
         while let Some((event, truth)) = log.next_event() {
-            if let EventKind::Received(_, ToHost::Record(record)) = &event.kind {
-                // A push may be in the file before the ticks before it.
-                let begun = |push: &&Push| push.start_ns <= record.start_us.saturating_mul(1_000);
-                while let Some(push) = log.reader().pushes().get(pushes).filter(begun) {
-                    pass.push(push);
-                    pushes += 1;
-                }
+            match event.record() {
+                Some(record) => pass.tick(&record, truth.as_ref(), log.pushes_begun(&record)),
+                None => pass.events.add(&event.kind, &pass.times),
             }
-            pass.add(&event, truth.as_ref());
         }
         let log = log.reader();
         let facts = log.facts().clone();
@@ -223,13 +185,6 @@ impl Pass {
         }
     }
 
-    fn add(&mut self, event: &Event, truth: Option<&TrueState>) {
-        match &event.kind {
-            EventKind::Received(_, ToHost::Record(record)) => self.tick(record, truth),
-            kind => self.events.add(kind, &self.times),
-        }
-    }
-
     fn push(&mut self, push: &Push) {
         self.tally.push(push);
         let start_s = self.times.at_us(push.start_ns / 1_000);
@@ -244,8 +199,12 @@ impl Pass {
         self.pushes.push(ShownPush { start_s, push });
     }
 
-    fn tick(&mut self, record: &Record, truth: Option<&TrueState>) {
+    /// Adds the next tick, and the pushes that have begun since the one before.
+    fn tick(&mut self, record: &Record, truth: Option<&TrueState>, begun: &[Push]) {
         let time_s = self.times.add(record);
+        for push in begun {
+            self.push(push);
+        }
         if let Some((tick, last_s)) = self.last
             && record.tick.wrapping_sub(tick) != 1
         {
@@ -266,12 +225,42 @@ impl Pass {
         self.row.clear();
         for quantity in &QUANTITIES {
             self.row
-                .extend((0..JOINTS).map(|joint| (quantity.get)(record, joint)));
+                .extend((0..JOINTS).map(|joint| (quantity.get)(record, joint) as f32));
         }
         self.row
             .extend(truth.map_or([f32::NAN; JOINTS], |truth| truth.angle_rad));
         self.rows.add(time_s, &self.row);
         let pose = POSE.map(|quantity| [0, 1].map(|joint| self.row[quantity * JOINTS + joint]));
         self.poses.add(time_s, pose.as_flattened());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_log::write_log;
+
+    #[test]
+    fn a_push_before_the_first_tick_has_its_own_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let records = [17_000, 18_000, 19_000].map(|start_us| Record {
+            tick: start_us as u32 / 1_000,
+            start_us,
+            ..Record::NONE
+        });
+        let push = Push {
+            joint: 1,
+            torque_nm: 0.5,
+            start_ns: 7_000_000,
+            duration_ns: 1_000_000,
+        };
+        write_log(&path, &[push], &records);
+        let run = Collected::read(&path).unwrap();
+        assert!(
+            (run.pushes[0].start_s + 0.01).abs() < 1e-9,
+            "{:?}",
+            run.pushes
+        );
     }
 }

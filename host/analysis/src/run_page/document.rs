@@ -47,7 +47,7 @@ pub(super) fn document(
             (setpoints(run, beside.zip(input.beside.map(|beside| beside.name))))
             (events(run))
             (run.settings.as_ref().map_or_else(|| html! {}, settings))
-            (commands(folder, input))
+            (commands(input))
             (files(folder))
             footer {
                 p { "Armbridge " (run.facts.version) ". This page needs no network." }
@@ -297,7 +297,7 @@ fn settings(settings: &Settings) -> Markup {
 }
 
 /// Commands that repeat and examine the run.
-fn commands(folder: &Path, input: &PageInput<'_>) -> Markup {
+fn commands(input: &PageInput<'_>) -> Markup {
     let log = shell_word(input.log);
     let mut commands = Vec::new();
     commands.extend(input.made_by.map(|line| (line.to_owned(), "the run again")));
@@ -316,9 +316,8 @@ fn commands(folder: &Path, input: &PageInput<'_>) -> Markup {
             "where both runs differ",
         ));
     }
-    let table = shell_word(&folder.join("run.csv"));
     commands.push((
-        format!("armbridge export csv {log} --out {table}"),
+        format!("armbridge export csv {log}"),
         "every tick as a table",
     ));
     html! {

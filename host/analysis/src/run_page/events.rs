@@ -14,6 +14,7 @@ use armbridge_shared::link::message::{
 };
 use serde::Serialize;
 
+use super::sent::Sent;
 use crate::plan_runner::action_text::command_text;
 
 /// Limit of the commands: those of an hour with one every two seconds.
@@ -54,19 +55,6 @@ pub(super) struct Listed {
     pub(super) kind: Kind,
     pub(super) level: Level,
     pub(super) text: String,
-}
-
-/// A command that was sent.
-#[derive(Debug)]
-struct Sent {
-    command: Command,
-    sequence: u16,
-    /// Place in the list; none if it is not there.
-    place: Option<usize>,
-    /// It may be sent again.
-    is_open: bool,
-    /// Points of a stream.
-    points: u32,
 }
 
 /// The list so far.
@@ -186,37 +174,31 @@ impl EventList {
 
     fn command(&mut self, sequence: u16, command: Command, now_s: f64) {
         if let Some(last) = self.sent.back_mut() {
-            let is_repeated = last.is_open && last.command == command;
+            if last.is_open && last.command == command {
+                last.repeat(sequence);
+                return;
+            }
             let is_stream = matches!(
                 (last.command, command),
                 (Command::Stream { .. }, Command::Stream { .. })
             );
-            if is_repeated {
-                last.sequence = sequence;
-                return;
-            }
             if is_stream {
-                last.command = command;
-                last.points += 1;
+                last.stream(sequence, command);
                 if let Some(entry) = last.place.and_then(|place| self.listed.get_mut(place)) {
-                    entry.text = format!("follow {} streamed points", last.points);
+                    entry.text = last.described();
                 }
                 return;
             }
         }
         let text = self.text(&command);
         let count = self.listed.len();
-        self.push(now_s, Kind::Command, Level::Info, text);
+        self.push(now_s, Kind::Command, Level::Info, text.clone());
         if self.sent.len() == UNANSWERED_MAX {
             self.sent.pop_front();
         }
-        self.sent.push_back(Sent {
-            command,
-            sequence,
-            place: (self.listed.len() > count).then_some(count),
-            is_open: true,
-            points: 1,
-        });
+        let place = (self.listed.len() > count).then_some(count);
+        self.sent
+            .push_back(Sent::new(sequence, command, text, place));
     }
 
     fn acknowledge(
@@ -227,23 +209,26 @@ impl EventList {
         times: &RunTimes,
     ) {
         let mut latest_first = self.sent.iter_mut().rev();
-        let Some(sent) = latest_first.find(|sent| sent.sequence == sequence) else {
+        let Some(sent) = latest_first.find(|sent| sent.is_answered_by(sequence)) else {
             return;
         };
         sent.is_open = matches!(result, Err(Refusal::Busy | Refusal::EncoderUnknown { .. }));
         let entry = sent.place.and_then(|place| self.listed.get_mut(place));
         let Some(entry) = entry else { return };
-        // Before the first tick, the board's clock is not known.
+        // Before the first tick, the board's clock is not known. A stream begins with its first
+        // point.
         if let Some(moment) = moment
             && self.mode.is_some()
+            && !sent.is_accepted
         {
             entry.time = times.at_us(moment.at_us);
+            sent.is_accepted = true;
         }
         if let Err(refusal) = result
             && !sent.is_open
         {
-            let reason = refusal_text::in_words(refusal);
-            entry.text = format!("{}, refused: {reason}", entry.text);
+            sent.refuse(refusal_text::in_words(refusal));
+            entry.text = sent.described();
             entry.level = Level::Warning;
         }
     }
@@ -354,5 +339,42 @@ mod tests {
         assert_eq!(listed.len(), 1 + OTHERS_MAX);
         assert_eq!(left_out, 5_000 - OTHERS_MAX);
         assert_eq!(listed[0].text, "follow 5000 streamed points");
+    }
+
+    #[test]
+    fn refused_points_of_a_stream_are_counted_with_the_last_reason() {
+        let (times, mut list) = (RunTimes::default(), EventList::default());
+        let point = |sequence: u16| {
+            let point = Command::Stream {
+                at_us: sequence.into(),
+                angle_rad: [0.0; 2],
+                speed_rad_s: None,
+            };
+            sent(sequence, point)
+        };
+        let [not_ready, stale] = [Refusal::NotReady, Refusal::Stale].map(Err);
+        for event in [
+            // Sequence numbers wrap, and other frames have some of them.
+            point(65_534),
+            ack(65_534, not_ready),
+            point(0),
+            point(1),
+            // The reply to a point may arrive after the next has been sent.
+            ack(0, Ok(())),
+            ack(1, stale),
+            sent(2, Command::Save),
+            ack(2, Ok(())),
+        ] {
+            list.add(&event, &times);
+        }
+        let (listed, _) = list.finish();
+        assert_eq!(listed.len(), 2);
+        let reason = refusal_text::in_words(Refusal::Stale);
+        let expected = format!("follow 3 streamed points, 2 refused: {reason}");
+        assert_eq!(
+            (&listed[0].text, listed[0].level),
+            (&expected, Level::Warning)
+        );
+        assert_eq!(listed[1].text, "save the settings");
     }
 }

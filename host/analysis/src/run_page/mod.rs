@@ -9,6 +9,7 @@
 //! | `collect`     | one pass over the log                                           |
 //! | `rows`        | values over time in bounded memory                              |
 //! | `events`      | commands, pushes, faults, modes, messages                       |
+//! | `sent`        | a command and its replies                                       |
 //! | `headline`    | the result in one sentence                                      |
 //! | `data`, `pack` | the page's data: JSON with packed numbers                      |
 //! | `document`    | HTML                                                            |
@@ -27,6 +28,7 @@ mod events;
 mod headline;
 mod pack;
 mod rows;
+mod sent;
 
 use std::path::{Path, PathBuf};
 

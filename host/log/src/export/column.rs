@@ -42,6 +42,9 @@ pub enum Values {
     Sample(fn(&Record, usize) -> Option<u16>),
     /// Words.
     Word(Words, fn(&Record, usize) -> usize),
+    /// Real numbers of a simulated arm, which no board measures; missing where its true state
+    /// is not known.
+    Truth(fn(&TrueState, usize) -> f32),
 }
 
 /// Lists of words.
@@ -140,8 +143,8 @@ macro_rules! quantities {
     };
 }
 
-/// All quantities of a record.
-pub const QUANTITIES: [Quantity; 21] = quantities! {
+/// All quantities of a tick; those of a simulated arm last.
+pub const QUANTITIES: [Quantity; 26] = quantities! {
     "time_s" ["time_s"] "s"
         "start of the tick on the board's clock"
         Values::F64(|r| r.start_us as f64 / 1e6);
@@ -205,54 +208,22 @@ pub const QUANTITIES: [Quantity; 21] = quantities! {
     "dropped_records" ["dropped_records"] ""
         "records dropped so far because the host did not fetch them in time"
         Values::U32(|r| r.dropped);
+    "true_angle_rad" ["true_angle_rad_1", "true_angle_rad_2"] "rad"
+        "true angle at the start of the tick"
+        Values::Truth(|state, j| state.angle_rad[j]);
+    "true_speed_rad_s" ["true_speed_rad_s_1", "true_speed_rad_s_2"] "rad/s"
+        "true speed at the start of the tick"
+        Values::Truth(|state, j| state.speed_rad_s[j]);
+    "true_torque_nm" ["true_torque_nm_1", "true_torque_nm_2"] "N m"
+        "true torque of the motor at the start of the tick"
+        Values::Truth(|state, j| state.torque_nm[j]);
+    "true_friction_nm" ["true_friction_nm_1", "true_friction_nm_2"] "N m"
+        "torque of dry friction, with the sign of its effect"
+        Values::Truth(|state, j| state.friction_nm[j]);
+    "true_push_nm" ["true_push_nm_1", "true_push_nm_2"] "N m"
+        "torque of pushes"
+        Values::Truth(|state, j| state.push_nm[j]);
 };
-
-/// A quantity of a simulated arm that no board measures, one column for each joint.
-#[derive(Clone, Copy, Debug)]
-pub struct TrueQuantity {
-    /// Names of its columns.
-    pub columns: [&'static str; 2],
-    /// As `rad`, `N m`.
-    pub unit: &'static str,
-    /// Meaning, as a sentence without a full stop.
-    pub about: &'static str,
-    /// Values.
-    pub get: fn(&TrueState, usize) -> f32,
-}
-
-/// All quantities of a simulated arm.
-pub const TRUE_QUANTITIES: [TrueQuantity; 5] = [
-    TrueQuantity {
-        columns: ["true_angle_rad_1", "true_angle_rad_2"],
-        unit: "rad",
-        about: "true angle at the start of the tick",
-        get: |state, j| state.angle_rad[j],
-    },
-    TrueQuantity {
-        columns: ["true_speed_rad_s_1", "true_speed_rad_s_2"],
-        unit: "rad/s",
-        about: "true speed at the start of the tick",
-        get: |state, j| state.speed_rad_s[j],
-    },
-    TrueQuantity {
-        columns: ["true_torque_nm_1", "true_torque_nm_2"],
-        unit: "N m",
-        about: "true torque of the motor at the start of the tick",
-        get: |state, j| state.torque_nm[j],
-    },
-    TrueQuantity {
-        columns: ["true_friction_nm_1", "true_friction_nm_2"],
-        unit: "N m",
-        about: "torque of dry friction, with the sign of its effect",
-        get: |state, j| state.friction_nm[j],
-    },
-    TrueQuantity {
-        columns: ["true_push_nm_1", "true_push_nm_2"],
-        unit: "N m",
-        about: "torque of pushes",
-        get: |state, j| state.push_nm[j],
-    },
-];
 
 /// Fields of `/telemetry` that are no columns: name, unit and meaning.
 pub const TELEMETRY_ONLY: [[&str; 3]; 4] = [
@@ -280,40 +251,27 @@ pub struct Column {
     /// Meaning, as a sentence without a full stop.
     pub about: &'static str,
     /// Its values.
-    pub cells: Cells,
-}
-
-/// Source of a column's values, with the index of the joint.
-#[derive(Clone, Copy, Debug)]
-pub enum Cells {
-    /// The record.
-    Record(Values, usize),
-    /// The true state, where it is known.
-    Truth(fn(&TrueState, usize) -> f32, usize),
+    pub values: Values,
+    /// Index of the joint.
+    pub joint: usize,
 }
 
 impl Column {
     /// All columns in order; those of a simulated arm only where its true states are known.
     pub fn all(has_true_states: bool) -> Vec<Self> {
-        let recorded = QUANTITIES.iter().flat_map(|quantity| {
+        let is_known =
+            |quantity: &&Quantity| has_true_states || !matches!(quantity.values, Values::Truth(_));
+        let columns = QUANTITIES.iter().filter(is_known).flat_map(|quantity| {
             let names = quantity.columns.iter().enumerate();
             names.map(|(joint, name)| Self {
                 name,
                 unit: quantity.unit,
                 about: quantity.about,
-                cells: Cells::Record(quantity.values, joint),
+                values: quantity.values,
+                joint,
             })
         });
-        let truth = TRUE_QUANTITIES.iter().flat_map(|quantity| {
-            let names = quantity.columns.into_iter().enumerate();
-            names.map(|(joint, name)| Self {
-                name,
-                unit: quantity.unit,
-                about: quantity.about,
-                cells: Cells::Truth(quantity.get, joint),
-            })
-        });
-        recorded.chain(truth.filter(|_| has_true_states)).collect()
+        columns.collect()
     }
 }
 
@@ -326,11 +284,11 @@ pub fn markdown() -> String {
         let _ = writeln!(text, "| {} | {unit} | {about} |", names.join(", "));
     };
     for quantity in &QUANTITIES {
-        row(quantity.columns, quantity.unit, quantity.about);
-    }
-    for quantity in &TRUE_QUANTITIES {
-        let about = format!("simulated arm: {}", quantity.about);
-        row(&quantity.columns, quantity.unit, &about);
+        let about = match quantity.values {
+            Values::Truth(_) => format!("simulated arm: {}", quantity.about),
+            _ => quantity.about.to_owned(),
+        };
+        row(quantity.columns, quantity.unit, &about);
     }
     for [name, unit, about] in TELEMETRY_ONLY {
         row(&[name], unit, &format!("MCAP only: {about}"));

@@ -17,7 +17,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{ColumnPath, Type};
 
-use super::column::{Cells, Column, Values};
+use super::column::{Column, Values};
 use super::{About, ExportError};
 use crate::output_file::OutputFile;
 use crate::recording::Row;
@@ -66,28 +66,26 @@ pub fn write(
 fn schema(columns: &[Column]) -> Result<Type, ParquetError> {
     let fields = columns
         .iter()
-        .map(|column| field(column.name, column.cells).map(Arc::new));
+        .map(|column| field(column.name, column.values).map(Arc::new));
     Type::group_type_builder("tick")
         .with_fields(fields.collect::<Result<_, _>>()?)
         .build()
 }
 
-fn field(name: &str, cells: Cells) -> Result<Type, ParquetError> {
+fn field(name: &str, values: Values) -> Result<Type, ParquetError> {
     let unsigned = |bits| Some(LogicalType::integer(bits, false));
-    let (physical, logical, optional) = match cells {
-        Cells::Truth(..) => (Physical::FLOAT, None, true),
-        Cells::Record(values, _) => match values {
-            Values::F64(_) => (Physical::DOUBLE, None, false),
-            Values::F32(_) => (Physical::FLOAT, None, false),
-            Values::U32(_) => (Physical::INT32, unsigned(32), false),
-            Values::U16(_) => (Physical::INT32, unsigned(16), false),
-            Values::Sample(_) => (Physical::INT32, unsigned(16), true),
-            Values::Word(words, _) => (
-                Physical::BYTE_ARRAY,
-                Some(LogicalType::String),
-                words.may_be_empty(),
-            ),
-        },
+    let (physical, logical, optional) = match values {
+        Values::F64(_) => (Physical::DOUBLE, None, false),
+        Values::F32(_) => (Physical::FLOAT, None, false),
+        Values::Truth(_) => (Physical::FLOAT, None, true),
+        Values::U32(_) => (Physical::INT32, unsigned(32), false),
+        Values::U16(_) => (Physical::INT32, unsigned(16), false),
+        Values::Sample(_) => (Physical::INT32, unsigned(16), true),
+        Values::Word(words, _) => (
+            Physical::BYTE_ARRAY,
+            Some(LogicalType::String),
+            words.may_be_empty(),
+        ),
     };
     Type::primitive_type_builder(name, physical)
         .with_logical_type(logical)
@@ -119,15 +117,13 @@ fn properties(about: &About<'_>, columns: &[Column]) -> WriterProperties {
         .set_compression(Compression::SNAPPY)
         .set_key_value_metadata(Some(metadata.into()));
     for column in columns {
-        let encoding = match column.cells {
+        let encoding = match column.values {
             // The bytes of reals compress well when bytes of equal place are adjacent.
-            Cells::Truth(..) | Cells::Record(Values::F64(_) | Values::F32(_), _) => {
-                Encoding::BYTE_STREAM_SPLIT
-            }
+            Values::F64(_) | Values::F32(_) | Values::Truth(_) => Encoding::BYTE_STREAM_SPLIT,
             // Counters go up by little.
-            Cells::Record(Values::U32(_), _) => Encoding::DELTA_BINARY_PACKED,
+            Values::U32(_) => Encoding::DELTA_BINARY_PACKED,
             // Few different values: a dictionary.
-            Cells::Record(Values::U16(_) | Values::Sample(_) | Values::Word(..), _) => continue,
+            Values::U16(_) | Values::Sample(_) | Values::Word(..) => continue,
         };
         let path = ColumnPath::from(column.name);
         properties = properties
@@ -146,7 +142,7 @@ fn write_group(
     for column in columns {
         // The schema has a column for each of these, in this order.
         if let Some(mut written) = group.next_column()? {
-            write_column(&mut written, rows, column.cells)?;
+            write_column(&mut written, rows, column.values, column.joint)?;
             written.close()?;
         }
     }
@@ -157,18 +153,10 @@ fn write_group(
 fn write_column(
     column: &mut SerializedColumnWriter<'_>,
     rows: &[Row],
-    cells: Cells,
+    values: Values,
+    joint: usize,
 ) -> Result<usize, ParquetError> {
-    let (values, joint) = match cells {
-        Cells::Record(values, joint) => (values, joint),
-        Cells::Truth(get, joint) => {
-            let truths = rows.iter().map(|row| row.truth);
-            let levels: Vec<i16> = truths.clone().map(|truth| truth.is_some().into()).collect();
-            let values: Vec<f32> = truths.flatten().map(|truth| get(&truth, joint)).collect();
-            let column = column.typed::<FloatType>();
-            return column.write_batch(&values, Some(&levels), None);
-        }
-    };
+    let truths = rows.iter().map(|row| row.truth);
     let rows = rows.iter().map(|row| &row.record);
     match values {
         Values::F64(get) => {
@@ -196,6 +184,12 @@ fn write_column(
             column
                 .typed::<Int32Type>()
                 .write_batch(&values, Some(&levels), None)
+        }
+        Values::Truth(get) => {
+            let levels: Vec<i16> = truths.clone().map(|truth| truth.is_some().into()).collect();
+            let values: Vec<f32> = truths.flatten().map(|truth| get(&truth, joint)).collect();
+            let column = column.typed::<FloatType>();
+            column.write_batch(&values, Some(&levels), None)
         }
         Values::Word(words, get) => {
             let optional = words.may_be_empty();

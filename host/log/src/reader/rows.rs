@@ -1,7 +1,7 @@
 //! Ticks of a log as rows: records, with the true states of a simulated arm.
 
 use armbridge_client::event::Event;
-use armbridge_client::simulation::TrueState;
+use armbridge_client::simulation::{Push, TrueState};
 use armbridge_shared::link::message::Record;
 
 use super::{Item, Reader};
@@ -47,6 +47,11 @@ impl Rows {
     /// The log, as far as it has been read.
     pub fn reader(&self) -> &Reader {
         &self.reader
+    }
+
+    /// [`Reader::pushes_begun`] of the log.
+    pub fn pushes_begun(&mut self, record: &Record) -> &[Push] {
+        self.reader.pushes_begun(record)
     }
 
     /// The next event; of a record with its true state.

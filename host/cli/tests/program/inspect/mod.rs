@@ -1,6 +1,7 @@
 //! `info`, `plot`, `export` and `diff`, as a user meets them, on logs from the bench.
 
 mod bench;
+mod figures;
 #[cfg(target_os = "linux")]
 mod memory;
 mod program;

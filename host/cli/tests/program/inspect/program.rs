@@ -17,14 +17,14 @@ fn armbridge(folder: &Path, args: &[&str]) -> Output {
 }
 
 /// Its standard output; it must end with this code.
-fn printed(folder: &Path, args: &[&str], code: i32) -> String {
+pub(super) fn printed(folder: &Path, args: &[&str], code: i32) -> String {
     let output = armbridge(folder, args);
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{args:?}: {stderr}");
     String::from_utf8(output.stdout).unwrap()
 }
 
-fn json(folder: &Path, args: &[&str], code: i32) -> Value {
+pub(super) fn json(folder: &Path, args: &[&str], code: i32) -> Value {
     serde_json::from_str(&printed(folder, args, code)).unwrap()
 }
 
@@ -252,7 +252,7 @@ fn the_same_seed_is_the_same_and_another_is_not() {
 }
 
 /// Largest and RMS difference of a column.
-fn difference(run: &Value, column: &str) -> [f64; 2] {
+pub(super) fn difference(run: &Value, column: &str) -> [f64; 2] {
     let quantities = run["quantities"].as_array().unwrap();
     let quantity = quantities.iter().find(|q| q["column"] == column).unwrap();
     ["max", "rms"].map(|key| quantity[key].as_f64().unwrap())

@@ -20,7 +20,7 @@ use std::path::PathBuf;
 
 use toml::Value;
 
-use super::column::{Cells, Column, Values, Words};
+use super::column::{Column, Values, Words};
 use super::{About, ExportError};
 use crate::inspect::settings::Setting;
 use crate::output_file::OutputFile;
@@ -98,7 +98,7 @@ fn frame(
 fn log(columns: &[Column], ticks: usize) -> Array {
     let fields = columns.iter().map(|column| {
         let room = Array::Reserved {
-            number: number(column.cells),
+            number: number(column.values),
             rows: ticks,
             columns: 1,
         };
@@ -107,14 +107,11 @@ fn log(columns: &[Column], ticks: usize) -> Array {
     Array::Struct(fields.collect())
 }
 
-fn number(cells: Cells) -> Number {
-    let Cells::Record(values, _) = cells else {
-        return Number::Single;
-    };
+fn number(values: Values) -> Number {
     match values {
         Values::F64(_) => Number::Double,
-        // Counts to 1023 are exact, and a missing one can be NaN.
-        Values::F32(_) | Values::Sample(_) => Number::Single,
+        // Counts to 1023 are exact, and what is missing can be NaN.
+        Values::F32(_) | Values::Sample(_) | Values::Truth(_) => Number::Single,
         Values::U32(_) => Number::Uint32,
         Values::U16(_) => Number::Uint16,
         Values::Word(..) => Number::Uint8,
@@ -122,9 +119,9 @@ fn number(cells: Cells) -> Number {
 }
 
 fn words(columns: &[Column]) -> Array {
-    let lists = columns.iter().filter_map(|column| match column.cells {
-        Cells::Record(Values::Word(words, _), _) => Some((column.name.to_owned(), cells(words))),
-        Cells::Record(..) | Cells::Truth(..) => None,
+    let lists = columns.iter().filter_map(|column| match column.values {
+        Values::Word(words, _) => Some((column.name.to_owned(), cells(words))),
+        _ => None,
     });
     Array::Struct(lists.collect())
 }
@@ -199,8 +196,8 @@ fn fill(
         }
         for (column, room) in columns.iter().zip(rooms) {
             bytes.clear();
-            column_bytes(&mut bytes, &rows, column.cells);
-            let at = room + (number(column.cells).size() * done) as u64;
+            column_bytes(&mut bytes, &rows, column.values, column.joint);
+            let at = room + (number(column.values).size() * done) as u64;
             file.seek(SeekFrom::Start(at))?;
             file.write_all(&bytes)?;
         }
@@ -208,15 +205,8 @@ fn fill(
     }
 }
 
-fn column_bytes(bytes: &mut Vec<u8>, rows: &[Row], cells: Cells) {
-    let (values, joint) = match cells {
-        Cells::Record(values, joint) => (values, joint),
-        Cells::Truth(get, joint) => {
-            let value = |row: &Row| row.truth.map_or(f32::NAN, |truth| get(&truth, joint));
-            bytes.extend(rows.iter().flat_map(|row| value(row).to_le_bytes()));
-            return;
-        }
-    };
+fn column_bytes(bytes: &mut Vec<u8>, rows: &[Row], values: Values, joint: usize) {
+    let truths = rows.iter().map(|row| row.truth);
     let rows = rows.iter().map(|row| &row.record);
     match values {
         Values::F64(get) => bytes.extend(rows.flat_map(|row| get(row).to_le_bytes())),
@@ -226,6 +216,10 @@ fn column_bytes(bytes: &mut Vec<u8>, rows: &[Row], cells: Cells) {
         Values::Sample(get) => {
             let count = |row| get(row, joint).map_or(f32::NAN, f32::from);
             bytes.extend(rows.flat_map(|row| count(row).to_le_bytes()));
+        }
+        Values::Truth(get) => {
+            let value = |truth: Option<_>| truth.map_or(f32::NAN, |truth| get(&truth, joint));
+            bytes.extend(truths.flat_map(|truth| value(truth).to_le_bytes()));
         }
         // MATLAB counts from 1.
         Values::Word(_, get) => bytes.extend(rows.map(|row| get(row, joint) as u8 + 1)),

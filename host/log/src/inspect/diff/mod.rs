@@ -7,22 +7,28 @@
 //!
 //! Each log is read twice, tick by tick: memory does not grow with its length.
 
+mod commands;
 mod pairs;
+mod quantities;
+mod source;
 mod table;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use armbridge_client::enum_names;
 use armbridge_client::params;
-use armbridge_shared::link::message::{Command, Record, Settings};
+use armbridge_shared::link::message::Record;
 use serde::Serialize;
 
+pub use commands::command_text;
 pub use pairs::{Pair, Pairs, pairs};
+pub use source::ticks;
 
-use super::log::{CommandCollector, Head, SentCommand};
-use crate::export::column::{QUANTITIES, Quantity, Values};
-use crate::recording::{ReadError, Reader};
-use crate::time_origin::{Align, RunTimes};
+use commands::first_command;
+use quantities::{Sum, columns};
+use source::Source;
+
+use crate::recording::ReadError;
+use crate::time_origin::Align;
 
 /// Differences of runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -133,58 +139,6 @@ fn without(event: Align) -> &'static str {
     }
 }
 
-/// A log, apart from its ticks.
-struct Source {
-    head: Head,
-    commands: Vec<SentCommand>,
-    /// Time of the event in s after the first tick.
-    event_s: f64,
-}
-
-impl Source {
-    fn read(path: &Path, event: Align) -> Result<Self, DiffError> {
-        let (mut commands, mut times) = (CommandCollector::default(), RunTimes::default());
-        let head = Head::read(path, |event| {
-            commands.take(event);
-            if let Some(record) = event.record() {
-                times.add(&record);
-            }
-        })?;
-        let no_event = || DiffError::NoEvent {
-            path: path.to_path_buf(),
-            event,
-        };
-        Ok(Self {
-            event_s: times.event_s(event).ok_or_else(no_event)?,
-            commands: commands.into_commands(),
-            head,
-        })
-    }
-
-    fn settings(&self) -> Option<&Settings> {
-        self.head.settings.as_ref()
-    }
-
-    fn period_us(&self) -> u32 {
-        let settings = self.settings();
-        settings.map_or(self.head.facts.period_us, |s| s.setup.period_us)
-    }
-
-    /// Its ticks with their times in s since the event, up to a reset of the board.
-    fn ticks(&self) -> Result<impl Iterator<Item = (f64, Record)> + use<>, ReadError> {
-        let (mut times, mut last, event_s) = (RunTimes::default(), None, self.event_s);
-        let records = Reader::open(&self.head.path)?.filter_map(|event| event.record());
-        let ticks = records.map(move |record| (times.add(&record), record));
-        let since = ticks.skip_while(move |(time_s, _)| *time_s < event_s);
-        Ok(since
-            .take_while(move |(_, record)| {
-                last.replace(record.tick)
-                    .is_none_or(|last| record.tick > last)
-            })
-            .map(move |(time_s, record)| (time_s - event_s, record)))
-    }
-}
-
 impl Diff {
     /// Compares logs, each with the first.
     ///
@@ -288,123 +242,5 @@ impl RunDiff {
             quantities: differing.map(|sum| sum.diff(ticks)).collect(),
             ticks,
         })
-    }
-}
-
-fn first_command(a: &[SentCommand], b: &[SentCommand]) -> Option<CommandDiff> {
-    let at = |commands: &[SentCommand], place: usize| commands.get(place).map(|sent| sent.command);
-    let mut places = 0..a.len().max(b.len());
-    let place = places.find(|place| match (at(a, *place), at(b, *place)) {
-        // The session number differs in every run.
-        (Some(Command::Arm { .. }), Some(Command::Arm { .. })) => false,
-        (a, b) => a != b,
-    })?;
-    let show = |commands| at(commands, place).map(|command| command_text(&command));
-    Some(CommandDiff {
-        place: place + 1,
-        commands: [show(a), show(b)],
-    })
-}
-
-/// A command as one line.
-pub fn command_text(command: &Command) -> String {
-    let pair = |[a, b]: [f32; 2], unit: &str| format!("{a}, {b} {unit}");
-    let name = enum_names::command(command);
-    match command {
-        Command::Torque(torque) => format!("{name} {}", pair(*torque, "N m")),
-        Command::Regulate(angle) => format!("{name} {}", pair(*angle, "rad")),
-        Command::Stream {
-            at_us, angle_rad, ..
-        } => format!(
-            "{name} {} at {} s",
-            pair(*angle_rad, "rad"),
-            *at_us as f64 / 1e6
-        ),
-        Command::Follow(motion) => format!("{name} {motion:?}"),
-        Command::Experiment(plan) => format!("{name} {plan:?}"),
-        // The contents of these two are compared by name, as settings.
-        Command::Idle
-        | Command::Arm { .. }
-        | Command::Prepare
-        | Command::Release
-        | Command::ClearFault
-        | Command::Save
-        | Command::Configure(_)
-        | Command::Limit(_) => name.to_owned(),
-    }
-}
-
-/// Columns that are compared.
-fn columns() -> impl Iterator<Item = (&'static Quantity, usize)> {
-    let is_compared = |quantity: &&Quantity| match quantity.values {
-        Values::F64(_) | Values::U32(_) => false,
-        Values::F32(_) | Values::U16(_) | Values::Sample(_) | Values::Word(..) => true,
-    };
-    let compared = QUANTITIES.iter().filter(is_compared);
-    compared.flat_map(|quantity| (0..quantity.columns.len()).map(move |joint| (quantity, joint)))
-}
-
-/// A quantity's differences so far.
-struct Sum {
-    column: &'static str,
-    unit: &'static str,
-    values: Values,
-    joint: usize,
-    max: f64,
-    squares: f64,
-    differing: usize,
-}
-
-impl Sum {
-    fn new((quantity, joint): (&'static Quantity, usize)) -> Self {
-        Self {
-            column: quantity.columns[joint],
-            unit: quantity.unit,
-            values: quantity.values,
-            joint,
-            max: 0.0,
-            squares: 0.0,
-            differing: 0,
-        }
-    }
-
-    /// Adds a tick; returns whether it differs.
-    fn add(&mut self, a: &Record, b: &Record) -> bool {
-        let joint = self.joint;
-        let (is_same, difference) = match self.values {
-            Values::F32(get) => {
-                let (a, b) = (get(a, joint), get(b, joint));
-                (a.to_bits() == b.to_bits(), f64::from(b) - f64::from(a))
-            }
-            Values::U16(get) => {
-                let (a, b) = (get(a, joint), get(b, joint));
-                (a == b, f64::from(b) - f64::from(a))
-            }
-            Values::Sample(get) => {
-                let (a, b) = (get(a, joint), get(b, joint));
-                // A missing sample differs, but adds nothing to the sums.
-                let difference = a.zip(b).map_or(0.0, |(a, b)| f64::from(b) - f64::from(a));
-                (a == b, difference)
-            }
-            Values::Word(_, get) => (get(a, joint) == get(b, joint), 0.0),
-            Values::F64(_) | Values::U32(_) => (true, 0.0),
-        };
-        if !is_same {
-            self.differing += 1;
-            self.max = self.max.max(difference.abs());
-            self.squares += difference * difference;
-        }
-        !is_same
-    }
-
-    fn diff(&self, ticks: usize) -> QuantityDiff {
-        let is_word = matches!(self.values, Values::Word(..));
-        QuantityDiff {
-            column: self.column,
-            unit: self.unit,
-            max: (!is_word).then_some(self.max),
-            rms: (!is_word).then(|| (self.squares / ticks as f64).sqrt()),
-            ticks: self.differing,
-        }
     }
 }
