@@ -74,7 +74,7 @@ pub(crate) enum Command {
     /// Summarise a log: run, gaps, faults, commands, settings, clocks.
     #[command(after_help = info::EXAMPLES)]
     Info(info::InfoArgs),
-    /// Draw a log, or two logs over each other.
+    /// Draw a log, or several over each other.
     #[command(after_help = plot::EXAMPLES)]
     Plot(plot::PlotArgs),
     /// Write a log as CSV, Parquet or .mat.

@@ -8,7 +8,7 @@ use armbridge_log::recorder::Recorder;
 use armbridge_log::summary::{LogSummary, ServoSummary, Summary};
 use armbridge_shared::link::message::PortCounters;
 
-use super::{BASELINE_LOG, Baseline, RunError, RunHost, assess};
+use super::{BASELINE_LOG, Baseline, RunError, RunHost, assess, headline};
 use crate::plan_runner::{Ending, PlanError};
 use crate::plot;
 use crate::run_folder::RunFolder;
@@ -112,9 +112,29 @@ impl RunHost {
         let mut summary = summary.with_causes(&trips);
         summary.remarks.append(&mut stats.conclusions);
         summary.remarks.extend(csv_trouble);
+        let verdict = |is_complete: bool, summary: &Summary| {
+            if ending == Some(Ending::Interrupted) {
+                Verdict::Interrupted
+            } else if assessment.is_success && is_complete && summary.missed_expectations.is_empty()
+            {
+                Verdict::Done
+            } else {
+                Verdict::Failed
+            }
+        };
         if files.plots {
-            let drawn = plot::draw_run(&folder.file(files.log)).map(drop);
-            let page = write_page(&folder, files.log, &made_by, baseline.as_ref());
+            let log = folder.file(files.log);
+            let drawn = plot::draw_run(&log).map(drop);
+            let input = PageInput {
+                // What ended as it should is described by its log.
+                headline: match verdict(is_complete, &summary) {
+                    Verdict::Done => None,
+                    verdict => Some(headline(&summary, verdict)),
+                },
+                made_by: Some(&made_by),
+                ..PageInput::of_log(&log)
+            };
+            let page = write_page(&folder, input, baseline.as_ref());
             for trouble in [drawn.err().map(|it| it.to_string()), page.err()]
                 .into_iter()
                 .flatten()
@@ -124,13 +144,7 @@ impl RunHost {
             }
         }
 
-        let verdict = if ending == Some(Ending::Interrupted) {
-            Verdict::Interrupted
-        } else if assessment.is_success && is_complete && summary.missed_expectations.is_empty() {
-            Verdict::Done
-        } else {
-            Verdict::Failed
-        };
+        let verdict = verdict(is_complete, &summary);
         Ok(Finished {
             summary,
             folder: folder.path().into(),
@@ -156,19 +170,16 @@ fn close(recorder: Recorder) -> LogSummary {
     }
 }
 
-/// Writes the page of a run.
+/// Writes the page of a run, with its baseline if there is one.
 fn write_page(
     folder: &RunFolder,
-    log: &str,
-    made_by: &str,
+    input: PageInput<'_>,
     baseline: Option<&Baseline>,
 ) -> Result<(), String> {
-    let log = folder.file(log);
     let beside = baseline.map(|baseline| (folder.file(BASELINE_LOG), baseline.name()));
     let input = PageInput {
         beside: beside.as_ref().map(|(log, name)| Beside { log, name }),
-        made_by: Some(made_by),
-        ..PageInput::of_log(&log)
+        ..input
     };
     let written = run_page::write(folder.path(), &input);
     written.map(drop).map_err(|error| error.to_string())

@@ -13,11 +13,13 @@
 mod assessment;
 mod baseline;
 mod finish;
+mod headline;
 mod run_stats;
 
 pub use assessment::{Assessment, assess};
 pub use baseline::{BASELINE_LOG, Baseline};
 pub use finish::{Finished, Verdict};
+pub use headline::{headline, settled};
 
 use std::path::Path;
 use std::sync::mpsc::Receiver;

@@ -60,8 +60,8 @@ pub(super) fn document(
 }
 
 fn header(input: &PageInput<'_>, run: &Collected, beside: Option<&Collected>) -> Markup {
-    let derived = headline::headline(run);
-    let headline = input.headline.unwrap_or(&derived);
+    let headline = input.headline.clone();
+    let headline = headline.unwrap_or_else(|| headline::headline(run));
     let second = input
         .beside
         .zip(beside)
@@ -69,7 +69,7 @@ fn header(input: &PageInput<'_>, run: &Collected, beside: Option<&Collected>) ->
     html! {
         header {
             p.kicker { "armbridge " strong { (run.facts.name) } " · " (unbroken(&run.facts.describe())) }
-            h1 { (unbroken(headline)) }
+            h1 { (unbroken(&headline)) }
             @if let Some(second) = second { p.lead { (unbroken(&second)) } }
             p.totals { (unbroken(&totals(run))) }
             @for damage in &run.damage { p.note { (damage) } }

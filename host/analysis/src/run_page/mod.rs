@@ -42,14 +42,14 @@ use data::PageData;
 pub const FILE: &str = "run.html";
 
 /// Contents of the page beside the log.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct PageInput<'a> {
     /// Log of the run.
     pub log: &'a Path,
     /// Second run, drawn in grey.
     pub beside: Option<Beside<'a>>,
     /// The result in one sentence; none for one that is derived from the log.
-    pub headline: Option<&'a str>,
+    pub headline: Option<String>,
     /// Command that made the run, such as `armbridge run demo --seed 1`.
     pub made_by: Option<&'a str>,
 }

@@ -16,10 +16,10 @@ use std::process::ExitCode;
 
 use armbridge_analysis::plan_runner::PlanError;
 use armbridge_analysis::plan_runner::plan::Base;
-use armbridge_analysis::run::{Baseline, Finished, RUN_LOG, RunHost, Verdict};
+use armbridge_analysis::run::{Baseline, Finished, RUN_LOG, RunHost, Verdict, headline, settled};
 use armbridge_analysis::run_page;
-use armbridge_client::{LinkError, ctrl_c, stdio};
-use armbridge_log::summary::{SETTLED_RAD, SegmentSummary, Summary, WIDTH};
+use armbridge_client::{LinkError, stdio};
+use armbridge_log::summary::{Summary, WIDTH};
 use armbridge_log::text_table;
 use serde::Serialize;
 
@@ -131,48 +131,6 @@ fn screen(finished: &Finished, description: &Description, is_verbose: bool) -> S
     }
     blocks.retain(|block| !block.is_empty());
     blocks.join("\n")
-}
-
-/// The result in one sentence.
-fn headline(summary: &Summary, verdict: Verdict) -> String {
-    let failed = |why: &str| format!("The run FAILED: {why}.");
-    match verdict {
-        Verdict::Interrupted => format!(
-            "The run was interrupted by {}; the motors are off.",
-            ctrl_c::in_words()
-        ),
-        Verdict::Failed => match (&summary.faults[..], &summary.ended) {
-            ([.., fault], _) => format!(
-                "The run FAILED at {:.3} s: fault {}; the motors are off.",
-                fault.time_s, fault.fault
-            ),
-            ([], Some(ended)) => failed(ended),
-            ([], None) => failed(match &summary.missed_expectations[..] {
-                [] => "the log or a file beside it is not complete",
-                [_] => "an expectation of the scenario is missed",
-                [_, ..] => "expectations of the scenario are missed",
-            }),
-        },
-        Verdict::Done => match settled(&summary.segments) {
-            (0, 0) => "The run is complete.".into(),
-            (settled, all) if settled == all => "The arm balances.".into(),
-            (settled, all) => format!(
-                "The arm stands; both joints come within {:.0} mrad at {settled} of {all} setpoints.",
-                SETTLED_RAD * 1e3
-            ),
-        },
-    }
-}
-
-/// Setpoints at which both joints settle, and all.
-fn settled(segments: &[SegmentSummary]) -> (usize, usize) {
-    let is_settled = |segment: &&SegmentSummary| {
-        let joints = segment.joints.iter();
-        joints
-            .into_iter()
-            .all(|joint| joint.settling_time_s.is_some())
-    };
-    (segments.iter().filter(is_settled).count(), segments.len())
 }
 
 /// Result of the baseline on the same arm.

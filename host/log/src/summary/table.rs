@@ -9,7 +9,7 @@
 
 use std::fmt::{Result, Write};
 
-use super::{SETTLED_RAD, SegmentSummary, ServoSummary, Spread, Summary};
+use super::{PushSummary, SETTLED_RAD, SegmentSummary, ServoSummary, Spread, Summary};
 use crate::text_table;
 
 /// Setpoints that fit on a screen.
@@ -33,8 +33,7 @@ impl Summary {
     /// Performance at setpoints, after pushes and in motion.
     pub fn results(&self) -> String {
         text(|out| {
-            self.write_setpoints(out)?;
-            self.write_pushes(out)?;
+            self.write_events(out)?;
             if let Some([first, second]) = self.tracking_rms_mrad {
                 writeln!(
                     out,
@@ -45,54 +44,32 @@ impl Summary {
         })
     }
 
-    fn write_setpoints(&self, out: &mut String) -> Result {
-        if self.segments.is_empty() {
-            return Ok(());
+    /// Setpoints and pushes, in the order of time.
+    fn write_events(&self, out: &mut String) -> Result {
+        let setpoints = &self.segments[..self.segments.len().min(SEGMENTS_SHOWN)];
+        let pushes = &self.pushes[..self.pushes.len().min(SEGMENTS_SHOWN)];
+        match (setpoints, pushes) {
+            ([], []) => return Ok(()),
+            ([], _) => write_heading(out, "push", "error")?,
+            _ => write_heading(out, "setpoint (rad)", "at rest off by")?,
         }
-        write_heading(out, "setpoint (rad)", "at rest off by")?;
-        let shown = self.segments.len().min(SEGMENTS_SHOWN);
-        for segment in &self.segments[..shown] {
-            let SegmentSummary {
-                start_s,
-                joints: [first, second],
-                ..
-            } = segment;
-            writeln!(
-                out,
-                " {:<9}{:+.2}  {:+.2}      {:<8}{:<16}{:>5.1} {:>5.1} mrad",
-                format!("{start_s:.1} s"),
-                first.reference_rad,
-                second.reference_rad,
-                seconds_or_never(first.settling_time_s),
-                seconds_or_never(second.settling_time_s),
-                first.steady_state_error_mrad.abs(),
-                second.steady_state_error_mrad.abs(),
-            )?;
+        let setpoint_rows = setpoints.iter().map(|it| (it.start_s, setpoint_row(it)));
+        let push_rows = pushes.iter().map(|it| (it.start_s, push_row(it)));
+        let mut rows: Vec<(f64, String)> = setpoint_rows.chain(push_rows).collect();
+        rows.sort_by(|(a_s, _), (b_s, _)| a_s.total_cmp(b_s));
+        for (_, row) in rows {
+            writeln!(out, "{row}")?;
         }
-        let left_out = (self.segments.len() - shown) as u64 + self.segments_left_out;
+        let left_out = (self.segments.len() - setpoints.len()) as u64 + self.segments_left_out;
         if left_out > 0 {
             writeln!(out, " ... and {left_out} setpoints more")?;
         }
-        Ok(())
-    }
-
-    fn write_pushes(&self, out: &mut String) -> Result {
-        let shown = self.pushes.len().min(SEGMENTS_SHOWN);
-        if self.segments.is_empty() && shown > 0 {
-            write_heading(out, "push", "error")?;
-        }
-        for push in &self.pushes[..shown] {
+        if self.pushes.len() > pushes.len() {
             writeln!(
                 out,
-                " {:<9}{:<18}{:<24}{:>5.1} mrad at most",
-                format!("{:.1} s", push.start_s),
-                format!("push, joint {}", push.joint),
-                seconds_or_never(push.recovered_s),
-                push.peak_error_mrad
+                " ... and {} pushes more",
+                self.pushes.len() - pushes.len()
             )?;
-        }
-        if self.pushes.len() > shown {
-            writeln!(out, " ... and {} pushes more", self.pushes.len() - shown)?;
         }
         Ok(())
     }
@@ -222,6 +199,30 @@ fn text(write: impl FnOnce(&mut String) -> Result) -> String {
 }
 
 /// Heading of setpoints, or of pushes alone.
+fn setpoint_row(segment: &SegmentSummary) -> String {
+    let [first, second] = &segment.joints;
+    format!(
+        " {:<9}{:+.2}  {:+.2}      {:<8}{:<16}{:>5.1} {:>5.1} mrad",
+        format!("{:.1} s", segment.start_s),
+        first.reference_rad,
+        second.reference_rad,
+        seconds_or_never(first.settling_time_s),
+        seconds_or_never(second.settling_time_s),
+        first.steady_state_error_mrad.abs(),
+        second.steady_state_error_mrad.abs(),
+    )
+}
+
+fn push_row(push: &PushSummary) -> String {
+    format!(
+        " {:<9}{:<18}{:<24}{:>5.1} mrad at most",
+        format!("{:.1} s", push.start_s),
+        format!("push, joint {}", push.joint),
+        seconds_or_never(push.recovered_s),
+        push.peak_error_mrad
+    )
+}
+
 fn write_heading(out: &mut String, place: &str, error: &str) -> Result {
     let within = format!("within {:.0} mrad after", SETTLED_RAD * 1e3);
     writeln!(out, " {:<9}{place:<18}{within:<24}{error}", "from")
