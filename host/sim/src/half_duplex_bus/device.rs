@@ -1,6 +1,7 @@
 //! Servo of either firmware, as a device on the wire.
 
-use super::line::Decoded;
+use super::lookahead::Schedule;
+use super::receiver::Decoded;
 use crate::morpheus_servo::{Action, Reading, Servo};
 use crate::stock_servo::Ax12a;
 
@@ -109,11 +110,21 @@ impl Device {
         }
     }
 
+    /// Its next events.
     #[inline]
-    pub(super) fn next_event_ns(&self) -> u64 {
+    pub(super) fn schedule(&self) -> Schedule {
         match self {
-            Self::Morpheus(servo) => servo.next_event_ns(),
-            Self::Stock(servo) => servo.next_event_ns(),
+            Self::Morpheus(servo) => {
+                let (next_ns, send_ns) = servo.schedule();
+                Schedule { next_ns, send_ns }
+            }
+            Self::Stock(servo) => {
+                let next_ns = servo.next_event_ns();
+                Schedule {
+                    next_ns,
+                    send_ns: next_ns,
+                }
+            }
         }
     }
 
@@ -122,6 +133,23 @@ impl Device {
         match self {
             Self::Morpheus(servo) => servo.step(now_ns),
             Self::Stock(servo) => servo.step(now_ns),
+        }
+    }
+
+    /// Executes internal events from `now_ns` on that are before `limit_ns`.
+    pub(super) fn run_ahead(&mut self, now_ns: u64, limit_ns: u64) {
+        match self {
+            Self::Morpheus(servo) => servo.run_ahead(now_ns, limit_ns),
+            // It has few events, and most of them are actions.
+            Self::Stock(_) => {}
+        }
+    }
+
+    /// Whether a start bit would have an effect on its receiver now.
+    pub(super) fn heeds_start_bits(&self) -> bool {
+        match self {
+            Self::Morpheus(servo) => servo.heeds_start_bits(),
+            Self::Stock(_) => false,
         }
     }
 

@@ -5,52 +5,64 @@ use super::line::{Frame, SenderFilter};
 use super::{Mechanics, ReceivedByte, Record, Wire};
 use crate::morpheus_servo::Action;
 
+/// The kinds of events.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Event {
+    /// A byte begins.
+    Begin,
+    /// The master's receiver.
+    Master,
+    /// A delayed byte reaches the master.
+    LateByte,
+    /// The receiver of [`Wire::record`].
+    Monitor,
+    /// Receivers of servos.
+    Receivers,
+    /// A servo's own event.
+    Servo(usize),
+}
+
 impl Wire {
-    /// Executes one event at `now`. Senders precede receivers, and receivers precede the
-    /// servos.
-    pub(super) fn execute_event(&mut self, now: u64, to_ns: u64, mechanics: &mut impl Mechanics) {
-        if self.due.front().is_some_and(|f| f.start_ns <= now) {
-            self.begin_frame(now);
-            return;
-        }
-        if self.master.next_ns() <= now {
-            if !self.master.receiving() {
-                self.master.process_edge(now, &self.frames);
-            } else if let Some(decoded) = self.master.finish(now, &self.frames) {
-                let byte = self.apply_disturbance(decoded.byte, now);
-                self.deliver_to_master(ReceivedByte {
-                    byte,
-                    end_ns: now,
-                    framing_error: decoded.framing_error,
-                });
+    /// Executes an event that is due now.
+    pub(super) fn execute(&mut self, event: Event, to_ns: u64, mechanics: &mut impl Mechanics) {
+        let now = self.now_ns;
+        match event {
+            Event::Begin => self.begin_frame(now),
+            Event::Master => self.master_event(now),
+            Event::LateByte => self.deliver_late_byte(),
+            Event::Monitor => self.monitor_event(now),
+            Event::Receivers => {
+                self.receive(now);
+                self.run_ahead(to_ns);
             }
-            return;
-        }
-        if self.faults.next_ns() <= now {
-            self.deliver_late_byte();
-            return;
-        }
-        if let Some(monitor) = &mut self.monitor
-            && monitor.next_ns() <= now
-        {
-            if !monitor.receiving() {
-                monitor.process_edge(now, &self.frames);
-            } else if let Some(decoded) = monitor.finish(now, &self.frames) {
-                self.records.push(Record::Decoded(decoded.byte));
-            }
-            return;
-        }
-        for servo in 0..self.servos.len() {
-            if self.receivers[servo].next_ns() <= now {
-                self.servo_receiver_event(servo, now);
-                return;
+            Event::Servo(servo) => {
+                self.step_servo(servo, now, mechanics);
+                self.run_ahead(to_ns);
             }
         }
-        for servo in 0..self.servos.len() {
-            if self.servo_next_ns[servo] <= now {
-                self.run_servo(servo, now, to_ns, mechanics);
-                return;
-            }
+    }
+
+    fn master_event(&mut self, now: u64) {
+        if !self.master.receiving() {
+            self.master.process_edge(now, &self.line);
+        } else if let Some(decoded) = self.master.finish(now, &self.line) {
+            let byte = self.apply_disturbance(decoded.byte, now);
+            self.deliver_to_master(ReceivedByte {
+                byte,
+                end_ns: now,
+                framing_error: decoded.framing_error,
+            });
+        }
+    }
+
+    fn monitor_event(&mut self, now: u64) {
+        let Some(monitor) = &mut self.monitor else {
+            return;
+        };
+        if !monitor.receiving() {
+            monitor.process_edge(now, &self.line);
+        } else if let Some(decoded) = monitor.finish(now, &self.line) {
+            self.records.push(Record::Decoded(decoded.byte));
         }
     }
 
@@ -59,10 +71,7 @@ impl Wire {
         let Some(disturbance) = &mut self.disturbance else {
             return byte;
         };
-        let servos = 0..self.servos.len();
-        let is_sending =
-            |f: &&Frame| servos.contains(&f.sender) && f.start_ns <= now && now < f.end_ns();
-        match self.frames.iter().find(is_sending) {
+        match self.line.from_servos(self.servos.len(), now) {
             Some(frame) => disturbance.byte(frame.sender, byte),
             None => byte,
         }
@@ -88,17 +97,17 @@ impl Wire {
             }
         }
         self.drop_old_frames(now);
-        self.frames.push(frame);
+        self.line.begin(frame);
         if self.master.waiting() {
-            self.master.find_start_bit(now, &self.frames);
+            self.master.find_start_bit(now, &self.line);
         }
         if let Some(monitor) = &mut self.monitor
             && monitor.waiting()
         {
-            monitor.find_start_bit(now, &self.frames);
+            monitor.find_start_bit(now, &self.line);
         }
         for (servo, receiver) in self.receivers.iter_mut().enumerate() {
-            if receiver.waiting() && receiver.find_start_bit(now, &self.frames) {
+            if receiver.waiting() && receiver.find_start_bit(now, &self.line) {
                 self.servos[servo].start_bit();
             }
         }
@@ -111,6 +120,9 @@ impl Wire {
     }
 
     fn drop_old_frames(&mut self, now: u64) {
+        if !self.line.is_full() {
+            return;
+        }
         let needed = self
             .receivers
             .iter()
@@ -118,49 +130,36 @@ impl Wire {
             .chain(&self.monitor)
             .map(|receiver| receiver.earliest_sample_ns(now))
             .fold(now, u64::min);
-        self.frames.retain(|frame| frame.end_ns() + 1 >= needed);
+        self.line.forget(needed);
     }
 
-    fn servo_receiver_event(&mut self, servo: usize, now: u64) {
-        let receiver = &mut self.receivers[servo];
-        if !receiver.receiving() {
-            if receiver.process_edge(now, &self.frames) {
-                self.servos[servo].start_bit();
+    /// Executes the events of servos' receivers that are due.
+    fn receive(&mut self, now: u64) {
+        for (servo, receiver) in self.receivers.iter_mut().enumerate() {
+            if receiver.next_ns() > now {
+                continue;
             }
-        } else if let Some(decoded) = receiver.finish(now, &self.frames) {
-            self.servos[servo].receive(decoded, now);
-            self.servo_changed(servo);
+            let device = &mut self.servos[servo];
+            if !receiver.receiving() {
+                if receiver.process_edge(now, &self.line) {
+                    device.start_bit();
+                }
+            } else if let Some(decoded) = receiver.finish(now, &self.line) {
+                device.receive(decoded, now);
+                receiver.set_bit(device.bit_ns());
+                self.schedule[servo] = device.schedule();
+            }
         }
     }
 
-    /// Runs one servo while its actions are internal and no other event is due.
-    fn run_servo(&mut self, servo: usize, now: u64, to_ns: u64, mechanics: &mut impl Mechanics) {
-        let own = std::mem::replace(&mut self.servo_next_ns[servo], u64::MAX);
-        let others = self.next_event_ns();
-        self.servo_next_ns[servo] = own;
-        let mut now = now;
-        loop {
-            let is_internal = self.step_servo(servo, now, mechanics);
-            let next = self.servo_next_ns[servo].max(now);
-            if !is_internal || next >= others || next > to_ns {
-                return;
-            }
-            now = next;
-            self.now_ns = next;
-        }
-    }
-
-    /// Executes one event of a servo. Returns whether it is internal: the wire does not
-    /// change.
-    fn step_servo(&mut self, servo: usize, now: u64, mechanics: &mut impl Mechanics) -> bool {
-        let mut is_internal = true;
+    /// Executes one event of a servo.
+    fn step_servo(&mut self, servo: usize, now: u64, mechanics: &mut impl Mechanics) {
         let device = &mut self.servos[servo];
         match device.step(now) {
             None => {}
             Some(Action::Convert) => device.converted(mechanics.convert(servo, now)),
             Some(Action::Pwm(pwm)) => mechanics.drive(servo, now, pwm),
             Some(Action::Release) => {
-                is_internal = false;
                 if let Some(disturbance) = &mut self.disturbance {
                     disturbance.released(servo);
                 }
@@ -168,7 +167,6 @@ impl Wire {
                 self.update_receiver(servo);
             }
             Some(Action::Send { byte, start_ns }) => {
-                is_internal = false;
                 let bit_ns = device.bit_ns();
                 self.enqueue(Frame {
                     sender: servo,
@@ -180,7 +178,6 @@ impl Wire {
             }
         }
         self.servo_changed(servo);
-        is_internal
     }
 
     /// Updates a servo's receiver: enabled while it is connected and not driving the line.
@@ -192,7 +189,7 @@ impl Wire {
         } else {
             SenderFilter::None
         };
-        if self.receivers[servo].set_filter(filter, self.now_ns, &self.frames) {
+        if self.receivers[servo].set_filter(filter, self.now_ns, &self.line) {
             self.servos[servo].start_bit();
         }
     }
@@ -201,6 +198,6 @@ impl Wire {
     pub(super) fn servo_changed(&mut self, servo: usize) {
         let device = &self.servos[servo];
         self.receivers[servo].set_bit(device.bit_ns());
-        self.servo_next_ns[servo] = device.next_event_ns();
+        self.schedule[servo] = device.schedule();
     }
 }

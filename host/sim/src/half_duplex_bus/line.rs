@@ -1,4 +1,4 @@
-//! Data line: senders over time, and the decoding of a receiver.
+//! Data line: senders over time.
 //!
 //! The line idles high and any sender can pull it low (real levels under
 //! contention are undefined; low wins is the usual outcome and the worst for
@@ -7,11 +7,6 @@
 
 /// Bits of a byte on the wire.
 pub(super) const BITS: u64 = 10;
-/// From three quarters of the stop bit, the time of its last sample, to the
-/// reception of the byte: up to two cycles of the servos' processor. Fitted to the
-/// recorded latencies at 9600 to 2 000 000 baud, which a fraction of a bit
-/// alone does not explain.
-const SYNCHRONISED_NS: u64 = 94;
 
 /// One byte on the line.
 #[derive(Debug, Clone, Copy)]
@@ -27,23 +22,74 @@ pub(super) struct Frame {
 pub(super) const MASTER: usize = usize::MAX;
 
 impl Frame {
+    /// Start of its stop bit, from which on it leaves the line high.
+    fn stop_ns(&self) -> u64 {
+        self.start_ns + (BITS - 1) * self.bit_ns
+    }
+
     pub(super) fn end_ns(&self) -> u64 {
         self.start_ns + BITS * self.bit_ns
     }
 
-    fn low(&self, at_ns: u64) -> bool {
+    pub(super) fn low(&self, at_ns: u64) -> bool {
         if at_ns < self.start_ns || at_ns >= self.end_ns() {
             return false;
         }
         self.bit_is_low((at_ns - self.start_ns) / self.bit_ns)
     }
 
-    fn bit_is_low(&self, bit: u64) -> bool {
+    pub(super) fn bit_is_low(&self, bit: u64) -> bool {
         match bit {
             0 => true,
             1..=8 => self.byte >> (bit - 1) & 1 == 0,
             _ => false,
         }
+    }
+}
+
+/// Number of bytes from which on those that are over are forgotten.
+const FRAMES_KEPT: usize = 8;
+
+/// The line, with the bytes that have begun and are still needed by a receiver.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Line {
+    /// In order of their start.
+    pub(super) frames: Vec<Frame>,
+    /// Time from which on all bytes begun so far leave the line high.
+    pub(super) high_ns: u64,
+    /// The newest byte began on a line that was high already.
+    newest_is_alone: bool,
+}
+
+impl Line {
+    /// A byte begins.
+    pub(super) fn begin(&mut self, frame: Frame) {
+        self.newest_is_alone = self.high_ns < frame.start_ns;
+        self.high_ns = self.high_ns.max(frame.stop_ns());
+        self.frames.push(frame);
+    }
+
+    /// The newest byte, if no other one pulls the line low while it is sent.
+    #[inline]
+    pub(super) fn alone(&self) -> Option<&Frame> {
+        self.frames.last().filter(|_| self.newest_is_alone)
+    }
+
+    /// The byte of one of the first `senders` servos on the line at `at_ns`.
+    pub(super) fn from_servos(&self, servos: usize, at_ns: u64) -> Option<&Frame> {
+        let is_sending =
+            |f: &&Frame| f.sender < servos && f.start_ns <= at_ns && at_ns < f.end_ns();
+        self.frames.iter().find(is_sending)
+    }
+
+    /// Whether it is time to [forget](Self::forget) bytes.
+    pub(super) fn is_full(&self) -> bool {
+        self.frames.len() >= FRAMES_KEPT
+    }
+
+    /// Forgets bytes that are over before `needed_ns`.
+    pub(super) fn forget(&mut self, needed_ns: u64) {
+        self.frames.retain(|frame| frame.end_ns() + 1 >= needed_ns);
     }
 }
 
@@ -59,189 +105,11 @@ pub(super) enum SenderFilter {
 }
 
 impl SenderFilter {
-    fn includes(self, frame: &Frame) -> bool {
+    pub(super) fn includes(self, frame: &Frame) -> bool {
         match self {
             SenderFilter::All => true,
             SenderFilter::Servos => frame.sender != MASTER,
             SenderFilter::None => false,
-        }
-    }
-}
-
-/// A byte as decoded.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Decoded {
-    pub(super) byte: u8,
-    pub(super) framing_error: bool,
-}
-
-/// An asynchronous receiver: waits for a falling edge, then samples each bit
-/// in its middle.
-#[derive(Debug, Clone)]
-pub(super) struct Receiver {
-    filter: SenderFilter,
-    /// Start of the present receiver state, and the state before.
-    since_ns: u64,
-    before: SenderFilter,
-    bit_ns: u64,
-    start_ns: Option<u64>,
-    /// A falling edge that is not yet confirmed as a start bit.
-    unconfirmed_edge_ns: Option<u64>,
-    /// End of the present byte, or the next known falling edge.
-    next_ns: u64,
-}
-
-impl Receiver {
-    pub(super) fn new(filter: SenderFilter, bit_ns: u64) -> Self {
-        Self {
-            filter,
-            since_ns: 0,
-            before: filter,
-            bit_ns,
-            start_ns: None,
-            unconfirmed_edge_ns: None,
-            next_ns: u64::MAX,
-        }
-    }
-
-    pub(super) fn next_ns(&self) -> u64 {
-        self.next_ns
-    }
-
-    /// The earliest time at which it may have to sample the line.
-    pub(super) fn earliest_sample_ns(&self, now_ns: u64) -> u64 {
-        self.start_ns.or(self.unconfirmed_edge_ns).unwrap_or(now_ns)
-    }
-
-    /// Length of a bit at its rate.
-    pub(super) fn bit_ns(&self) -> u64 {
-        self.bit_ns
-    }
-
-    /// Sets the rate for later bytes.
-    pub(super) fn set_bit(&mut self, bit_ns: u64) {
-        self.bit_ns = bit_ns;
-    }
-
-    fn low(&self, frames: &[Frame], at_ns: u64) -> bool {
-        let filter = if at_ns >= self.since_ns {
-            self.filter
-        } else {
-            self.before
-        };
-        frames.iter().any(|f| filter.includes(f) && f.low(at_ns))
-    }
-
-    /// Enables or disables it. Returns true if a start bit is detected at once.
-    pub(super) fn set_filter(
-        &mut self,
-        filter: SenderFilter,
-        now_ns: u64,
-        frames: &[Frame],
-    ) -> bool {
-        if filter == self.filter {
-            return false;
-        }
-        self.before = self.filter;
-        self.filter = filter;
-        self.since_ns = now_ns;
-        self.waiting() && self.find_start_bit(now_ns, frames)
-    }
-
-    /// Waiting for a start bit: detects one at `now_ns`. If there is none, stores the
-    /// next known falling edge.
-    pub(super) fn find_start_bit(&mut self, now_ns: u64, frames: &[Frame]) -> bool {
-        self.next_ns = u64::MAX;
-        let Some(edge) = self.falling_edge(now_ns, frames) else {
-            return false;
-        };
-        self.next_ns = edge;
-        if edge > now_ns {
-            return false;
-        }
-        // A start bit is low for half a bit at least. Bytes not yet begun may
-        // still pull the line low by then.
-        let middle = edge + self.bit_ns / 2;
-        if self.low(frames, middle) {
-            return self.begin(edge);
-        }
-        self.unconfirmed_edge_ns = Some(edge);
-        self.next_ns = middle;
-        false
-    }
-
-    fn begin(&mut self, edge: u64) -> bool {
-        self.start_ns = Some(edge);
-        self.next_ns = edge + (4 * BITS - 1) * self.bit_ns / 4 + SYNCHRONISED_NS;
-        true
-    }
-
-    /// Detects a start bit at the expected edge, while no byte is being received.
-    pub(super) fn process_edge(&mut self, now_ns: u64, frames: &[Frame]) -> bool {
-        match self.unconfirmed_edge_ns.take() {
-            Some(edge) if self.low(frames, now_ns) => self.begin(edge),
-            _ => self.find_start_bit(now_ns, frames),
-        }
-    }
-
-    fn falling_edge(&self, from_ns: u64, frames: &[Frame]) -> Option<u64> {
-        let falls = |at: u64| {
-            self.low(frames, at) && (at == 0 || at == self.since_ns || !self.low(frames, at - 1))
-        };
-        if falls(from_ns) {
-            return Some(from_ns);
-        }
-        // The sender of the edge begins a low bit then.
-        let received = frames.iter().filter(|f| self.filter.includes(f));
-        let edges = received.filter_map(|f| {
-            let first = from_ns.saturating_sub(f.start_ns).div_ceil(f.bit_ns);
-            (first..BITS)
-                .filter(|&bit| f.bit_is_low(bit))
-                .map(|bit| f.start_ns + bit * f.bit_ns)
-                .find(|&at| at > from_ns && falls(at))
-        });
-        edges.min()
-    }
-
-    /// Whether it waits for a falling edge.
-    pub(super) fn waiting(&self) -> bool {
-        self.start_ns.is_none() && self.unconfirmed_edge_ns.is_none()
-    }
-
-    /// Whether it is in the middle of a byte.
-    pub(super) fn receiving(&self) -> bool {
-        self.start_ns.is_some()
-    }
-
-    /// Completes the byte: three quarters of the stop bit have passed, and
-    /// the receiver has processed it.
-    pub(super) fn finish(&mut self, now_ns: u64, frames: &[Frame]) -> Option<Decoded> {
-        let start = self.start_ns.take()?;
-        let decoded = self.decode(start, now_ns, frames);
-        self.next_ns = u64::MAX;
-        self.find_start_bit(now_ns + 1, frames);
-        Some(decoded)
-    }
-
-    fn decode(&self, start: u64, now_ns: u64, frames: &[Frame]) -> Decoded {
-        let mut received = frames
-            .iter()
-            .filter(|f| self.filter.includes(f) && f.start_ns <= now_ns && f.end_ns() > start);
-        if let (Some(only), None) = (received.next(), received.next())
-            && only.start_ns == start
-            && only.bit_ns == self.bit_ns
-            && self.since_ns <= start
-        {
-            return Decoded {
-                byte: only.byte,
-                framing_error: false,
-            };
-        }
-        let sample = |bit: u64| !self.low(frames, start + (2 * bit + 1) * self.bit_ns / 2);
-        let byte = (0..8).fold(0, |byte, bit| byte | u8::from(sample(bit + 1)) << bit);
-        Decoded {
-            byte,
-            framing_error: !sample(BITS - 1),
         }
     }
 }

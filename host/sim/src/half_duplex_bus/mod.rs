@@ -21,6 +21,8 @@ mod disturbance;
 mod events;
 mod faults;
 mod line;
+mod lookahead;
+mod receiver;
 
 pub use device::Device;
 pub use disturbance::Disturbance;
@@ -29,8 +31,11 @@ pub use faults::{BusDirection, ByteDamage, ByteFault};
 use std::collections::VecDeque;
 
 use super::morpheus_servo::{Reading, Servo};
+use events::Event;
 use faults::Faults;
-use line::{Frame, MASTER, Receiver, SenderFilter};
+use line::{Frame, Line, MASTER, SenderFilter};
+use lookahead::Schedule;
+use receiver::Receiver;
 
 /// One bit at 1 Mbaud.
 const DEFAULT_BIT_NS: u64 = 1_000;
@@ -96,13 +101,12 @@ pub struct Wire {
     records: Vec<Record>,
     /// Bytes not yet begun, in order of their start.
     due: VecDeque<Frame>,
-    /// Bytes that have begun and are still needed by a receiver.
-    frames: Vec<Frame>,
+    line: Line,
     received: VecDeque<ReceivedByte>,
     disturbance: Option<Disturbance>,
     faults: Faults,
-    /// Next event of each servo, as last computed.
-    servo_next_ns: Vec<u64>,
+    /// Of each servo, as last computed.
+    schedule: Vec<Schedule>,
 }
 
 impl Wire {
@@ -113,7 +117,7 @@ impl Wire {
             .iter()
             .map(|servo| Receiver::new(SenderFilter::All, servo.bit_ns()))
             .collect();
-        let servo_next_ns = servos.iter().map(Device::next_event_ns).collect();
+        let schedule = servos.iter().map(Device::schedule).collect();
         Self {
             now_ns: 0,
             servos,
@@ -122,11 +126,11 @@ impl Wire {
             monitor: None,
             records: Vec::new(),
             due: VecDeque::new(),
-            frames: Vec::new(),
+            line: Line::default(),
             received: VecDeque::new(),
             disturbance: None,
             faults: Faults::default(),
-            servo_next_ns,
+            schedule,
         }
     }
 
@@ -184,8 +188,10 @@ impl Wire {
 
     fn enqueue(&mut self, frame: Frame) {
         let later = |f: &&Frame| f.start_ns > frame.start_ns;
-        let index = self.due.len() - self.due.iter().rev().take_while(later).count();
-        self.due.insert(index, frame);
+        match self.due.iter().rev().take_while(later).count() {
+            0 => self.due.push_back(frame),
+            count => self.due.insert(self.due.len() - count, frame),
+        }
     }
 
     /// The oldest byte received from the servos and not yet taken.
@@ -215,15 +221,35 @@ impl Wire {
 
     /// Time of the next event; `u64::MAX` if there is none.
     pub fn next_event_ns(&self) -> u64 {
+        self.next_event().0
+    }
+
+    /// The next event, and its time. Of several at one time, senders precede receivers, and
+    /// receivers precede the servos.
+    fn next_event(&self) -> (u64, Event) {
         let due = self.due.front().map_or(u64::MAX, |frame| frame.start_ns);
-        let mut next = due.min(self.master.next_ns()).min(self.faults.next_ns());
-        if let Some(monitor) = &self.monitor {
-            next = next.min(monitor.next_ns());
+        let master = self.master.next_ns();
+        let late = self.faults.next_ns();
+        let monitor = self.monitor.as_ref().map_or(u64::MAX, Receiver::next_ns);
+        let (mut received, mut servo, mut servo_ns) = (u64::MAX, 0, u64::MAX);
+        for (other, (schedule, receiver)) in self.schedule.iter().zip(&self.receivers).enumerate() {
+            received = received.min(receiver.next_ns());
+            let next_ns = schedule.next_ns.max(self.now_ns);
+            if next_ns < servo_ns {
+                (servo, servo_ns) = (other, next_ns);
+            }
         }
-        for (receiver, servo_ns) in self.receivers.iter().zip(&self.servo_next_ns) {
-            next = next.min(receiver.next_ns()).min(*servo_ns);
-        }
-        next.max(self.now_ns)
+        let before = due.min(master).min(late).min(monitor).min(received);
+        let next = before.min(servo_ns).max(self.now_ns);
+        let event = match next {
+            _ if next < before => Event::Servo(servo),
+            _ if due <= next => Event::Begin,
+            _ if master <= next => Event::Master,
+            _ if late <= next => Event::LateByte,
+            _ if monitor <= next => Event::Monitor,
+            _ => Event::Receivers,
+        };
+        (next, event)
     }
 
     /// Executes all events up to and including `to_ns`.
@@ -239,13 +265,13 @@ impl Wire {
         mechanics: &mut impl Mechanics,
     ) {
         while self.received.len() < received {
-            let next = self.next_event_ns();
+            let (next, event) = self.next_event();
             if next > to_ns {
                 self.now_ns = self.now_ns.max(to_ns);
                 return;
             }
             self.now_ns = next;
-            self.execute_event(next, to_ns, mechanics);
+            self.execute(event, to_ns, mechanics);
         }
     }
 }

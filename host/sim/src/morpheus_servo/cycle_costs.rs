@@ -136,6 +136,8 @@ pub(super) const REPLY_BYTE: u64 = 31;
 pub(super) const REPLY_EMPTY: u64 = 41;
 /// Saving of a reply to START, in its slot.
 pub(super) const REPLY_UNSOLICITED: u64 = 6;
+/// Lower bound of building a reply.
+pub(super) const SHORTEST_REPLY: u64 = REPLY - REPLY_EMPTY - REPLY_UNSOLICITED;
 /// Saving of the refusal of a broadcast.
 pub(super) const REFUSED_BROADCAST: u64 = 1;
 /// READ: fixed part.

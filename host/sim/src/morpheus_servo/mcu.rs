@@ -34,6 +34,19 @@ enum Handler {
     Conversion,
 }
 
+/// An event of the microcontroller. Of several at one cycle, the first of these precedes.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Due {
+    /// The running handler takes effect.
+    HandlerEffect,
+    /// A conversion ends.
+    Conversion,
+    /// A handler starts.
+    Interrupt,
+    /// The stage of the main loop ends.
+    Stage,
+}
+
 /// State of the microcontroller.
 #[derive(Debug, Clone)]
 pub(super) struct Mcu {
@@ -125,7 +138,7 @@ impl Mcu {
         !self.interrupts_on() || self.runaway()
     }
 
-    fn interrupts_on(&self) -> bool {
+    pub(super) fn interrupts_on(&self) -> bool {
         !matches!(
             self.stage,
             Stage::StoreByte { .. }
@@ -152,27 +165,47 @@ impl Mcu {
 
     /// Cycle of the next internal event.
     pub(super) fn next_event(&self) -> u64 {
-        self.stage_end
-            .min(self.interrupt_at())
-            .min(self.converter.result_at())
-            .min(self.handler_effect_at())
+        self.next_due(0).0
+    }
+
+    /// Cycle at which a handler starts or takes effect.
+    pub(super) fn interrupted_at(&self) -> u64 {
+        self.interrupt_at().min(self.handler_effect_at())
+    }
+
+    /// The next internal event, and its cycle, which is `now` if it is overdue.
+    pub(super) fn next_due(&self, now: u64) -> (u64, Due) {
+        let mut next = (self.handler_effect_at().max(now), Due::HandlerEffect);
+        for (at, due) in [
+            (self.converter.result_at(), Due::Conversion),
+            (self.interrupt_at(), Due::Interrupt),
+            (self.stage_end, Due::Stage),
+        ] {
+            let at = at.max(now);
+            if at < next.0 {
+                next = (at, due);
+            }
+        }
+        next
     }
 
     /// Executes the event due at `now`.
     pub(super) fn step(&mut self, now: u64) -> Option<Action> {
-        if self.handler_effect_at() <= now {
-            self.finish_handler();
-            return None;
+        self.execute_due(self.next_due(now).1, now)
+    }
+
+    /// Executes an event at `now`.
+    pub(super) fn execute_due(&mut self, due: Due, now: u64) -> Option<Action> {
+        match due {
+            Due::HandlerEffect => self.finish_handler(),
+            Due::Conversion => {
+                self.converter.finish();
+                return Some(Action::Convert);
+            }
+            Due::Interrupt => self.start_handler(now),
+            Due::Stage => return self.run(now),
         }
-        if self.converter.result_at() <= now {
-            self.converter.finish();
-            return Some(Action::Convert);
-        }
-        if self.interrupt_at() <= now {
-            self.start_handler(now);
-            return None;
-        }
-        self.run(now)
+        None
     }
 
     /// Starts an interrupt handler. It delays the main loop at once, and takes effect
@@ -188,6 +221,11 @@ impl Mcu {
         };
         self.handler_end = now + cost;
         self.stage_end += cost;
+    }
+
+    /// Whether the running handler is that of a received byte.
+    pub(super) fn handles_byte(&self) -> bool {
+        matches!(self.handler, Handler::Receive(_))
     }
 
     /// Cycle at which the running handler takes effect.
@@ -222,7 +260,7 @@ impl Mcu {
         None
     }
 
-    fn run(&mut self, now: u64) -> Option<Action> {
+    pub(super) fn run(&mut self, now: u64) -> Option<Action> {
         match self.stage {
             Stage::PollMessages => self.poll_messages(now),
             Stage::Tick => self.tick(now),

@@ -18,6 +18,7 @@
 //! | `converter`   | sampling times of position and temperature              |
 //! | `mcu`         | the main loop and the interrupts in time                |
 //! | `main_loop`   | one turn of the main loop: timer tick, transmitter      |
+//! | `run_ahead`   | events that concern no other part of the bus            |
 //! | `cycle_costs` | execution time of each part of the firmware             |
 //!
 //! Internal times are processor cycles of 62.5 ns, times of the interface are
@@ -32,6 +33,7 @@ mod main_loop;
 mod mcu;
 mod receiver;
 mod registers;
+mod run_ahead;
 mod state;
 mod uart;
 mod write;
@@ -229,13 +231,28 @@ impl Servo {
         nanoseconds(self.mcu.uart.bit())
     }
 
-    pub(crate) fn next_event_ns(&self) -> u64 {
-        nanoseconds(self.mcu.next_event())
-    }
-
     /// Executes the event due at `at_ns`.
     pub(crate) fn step(&mut self, at_ns: u64) -> Option<Action> {
         self.mcu.step(cycle(at_ns))
+    }
+
+    /// Executes internal events from `now_ns` on that are before `limit_ns`.
+    pub(crate) fn run_ahead(&mut self, now_ns: u64, limit_ns: u64) {
+        // Twice the time must be a number.
+        let limit = cycle(limit_ns.min(u64::MAX / 2));
+        self.mcu.run_ahead(cycle(now_ns), limit);
+    }
+
+    /// Its next event, and a time before which it begins no byte, unless it receives another
+    /// one.
+    pub(crate) fn schedule(&self) -> (u64, u64) {
+        let next = self.mcu.next_event();
+        (nanoseconds(next), nanoseconds(self.mcu.earliest_send(next)))
+    }
+
+    /// Whether a start bit would have an effect on its receiver now.
+    pub(crate) fn heeds_start_bits(&self) -> bool {
+        self.mcu.uart.is_full()
     }
 
     pub(crate) fn converted(&mut self, reading: Reading) {

@@ -76,6 +76,11 @@ impl Uart {
         }
     }
 
+    /// Whether the next start bit overwrites a byte.
+    pub(super) fn is_full(&self) -> bool {
+        self.shifted_in.is_some()
+    }
+
     pub(super) fn has_byte(&self) -> bool {
         self.held > 0
     }
@@ -114,6 +119,11 @@ impl Uart {
     /// State of the transmitter-empty flag.
     pub(super) fn ran_empty(&self, now: u64) -> bool {
         self.ran_empty || (self.sent && now >= self.end)
+    }
+
+    /// End of the newest byte sent; the next one does not begin before.
+    pub(super) fn sent_until(&self) -> u64 {
+        self.end
     }
 
     pub(super) fn clear_ran_empty(&mut self, now: u64) {

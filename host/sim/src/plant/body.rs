@@ -26,7 +26,7 @@
 //! is pushed against it.
 
 use armbridge_shared::JOINTS;
-use armbridge_shared::arm::{Parameters, State};
+use armbridge_shared::arm::{Parameters, Posture, State};
 use nalgebra::{ComplexField, Vector2};
 
 /// Limit of the reversals of joints within a step. The rest of a step with more is
@@ -285,8 +285,12 @@ impl Body {
         if !self.contact.contains(&Contact::Stuck) {
             return;
         }
-        let acceleration = self.arm.acceleration(&self.state, self.torque_nm);
-        let push_nm = self.arm.mass(self.state.q) * acceleration;
+        let State { q, dq } = self.state;
+        let posture = Posture::of(q);
+        let acceleration = posture.forward_dynamics(&self.arm, dq, self.torque_nm);
+        let push_nm = posture
+            .mass_diagonal(&self.arm)
+            .component_mul(&acceleration);
         for joint in 0..JOINTS {
             let (angle, push) = (self.state.q[joint], push_nm[joint]);
             let [lowest, highest] = self.stops_rad[joint];

@@ -108,7 +108,7 @@ impl Wire {
         } else {
             SenderFilter::Servos
         };
-        self.master.set_filter(filter, self.now_ns, &self.frames);
+        self.master.set_filter(filter, self.now_ns, &self.line);
     }
 
     /// Sets whether a servo is mute: it receives and executes, but does not reply.
