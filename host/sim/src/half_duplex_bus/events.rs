@@ -71,7 +71,7 @@ impl Wire {
         let Some(disturbance) = &mut self.disturbance else {
             return byte;
         };
-        match self.line.from_servos(self.servos.len(), now) {
+        match self.line.sent_by_servo(self.servos.len(), now) {
             Some(frame) => disturbance.byte(frame.sender, byte),
             None => byte,
         }

@@ -76,7 +76,7 @@ impl Line {
     }
 
     /// The byte of one of the first `senders` servos on the line at `at_ns`.
-    pub(super) fn from_servos(&self, servos: usize, at_ns: u64) -> Option<&Frame> {
+    pub(super) fn sent_by_servo(&self, servos: usize, at_ns: u64) -> Option<&Frame> {
         let is_sending =
             |f: &&Frame| f.sender < servos && f.start_ns <= at_ns && at_ns < f.end_ns();
         self.frames.iter().find(is_sending)

@@ -1,6 +1,6 @@
 //! Running ahead of the wire: what a servo does alone, until a byte can reach it.
 //!
-//! Most of a servo's events concern nobody else: turns of its main loop, handlers of
+//! Most of a servo's events are its own: turns of its main loop, handlers of
 //! bytes already received. Those up to a given time are executed in one go. It stops before
 //! an event that the wire must execute in its place: an [`Action`](super::Action), another bit
 //! rate, a stage with interrupts off.
