@@ -82,8 +82,9 @@ impl<'a> Search<'a> {
     }
 
     fn levenberg_marquardt(mut self, patience: usize) -> Self {
-        /// Relative change of cost and coordinates at convergence: a thousandth of their
-        /// uncertainty.
+        /// Relative change of cost and coordinates at convergence. The cost is about the
+        /// number of residuals, at most some 10⁴: it then changes by 10⁻⁵ or less, and a
+        /// coordinate by 0.003 of its uncertainty.
         const TOLERANCE: f64 = 1e-9;
 
         let limits = Limits {

@@ -2,31 +2,9 @@
 
 use std::fs;
 use std::net::TcpListener;
-use std::path::PathBuf;
-use std::process::{Command, Output, Stdio};
+use std::process::{Output, Stdio};
 
-/// The program, in a folder of this test alone.
-struct Program(PathBuf);
-
-impl Program {
-    fn new(test: &str) -> Self {
-        Self(crate::folder(&format!("cli-{test}")))
-    }
-
-    fn command(&self, args: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_armbridge"));
-        command.args(args).current_dir(&self.0);
-        command
-    }
-
-    fn run(&self, args: &[&str]) -> Output {
-        self.command(args).output().unwrap()
-    }
-}
-
-fn text(bytes: &[u8]) -> &str {
-    std::str::from_utf8(bytes).unwrap()
-}
+use crate::program::{Program, text};
 
 /// One line on standard error with these words, and exit code 2.
 fn assert_fails(output: &Output, words: &[&str]) {
@@ -42,7 +20,7 @@ fn assert_fails(output: &Output, words: &[&str]) {
 
 #[test]
 fn wrong_arguments_say_what_is_right() {
-    let program = Program::new("arguments");
+    let program = Program::new("cli-arguments");
     for (args, words) in [
         (["run", "--duration", "0"].as_slice(), "seconds from 0.1"),
         (&["run", "--duration", "-1"], "seconds from 0.1"),
@@ -75,7 +53,7 @@ fn wrong_arguments_say_what_is_right() {
 
 #[test]
 fn a_command_of_commands_alone_prints_its_help_as_it_is_laid_out() {
-    let program = Program::new("alone");
+    let program = Program::new("cli-alone");
     for command in ["serve", "identify", "servo"] {
         let output = program.run(&[command]);
         assert_eq!(output.status.code(), Some(2));
@@ -87,7 +65,7 @@ fn a_command_of_commands_alone_prints_its_help_as_it_is_laid_out() {
 
 #[test]
 fn a_campaign_repeats_and_a_seed_is_told() {
-    let program = Program::new("campaign");
+    let program = Program::new("cli-campaign");
     let args = [
         "fault-campaign",
         "--seeds",
@@ -132,7 +110,7 @@ fn a_campaign_repeats_and_a_seed_is_told() {
 
 #[test]
 fn a_taken_port_is_named() {
-    let program = Program::new("taken");
+    let program = Program::new("cli-taken");
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let at = format!("tcp://{}", taken.local_addr().unwrap());
     let output = program.run(&["serve", "servos", "--listen", &at]);
@@ -141,7 +119,7 @@ fn a_taken_port_is_named() {
 
 #[test]
 fn a_folder_that_cannot_be_made_is_named() {
-    let program = Program::new("folder");
+    let program = Program::new("cli-folder");
     fs::write(program.0.join("file"), "in the way").unwrap();
     let output = program.run(&["run", "--duration", "0.5", "--out", "file/runs"]);
     assert_fails(&output, &["file", "--out"]);
@@ -151,7 +129,7 @@ fn a_folder_that_cannot_be_made_is_named() {
 
 #[test]
 fn the_demo_writes_every_file_and_prints_a_table() {
-    let program = Program::new("demo");
+    let program = Program::new("cli-demo");
     let output = program.run(&["run", "--duration", "1"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let printed = text(&output.stdout);
@@ -186,7 +164,7 @@ fn the_demo_writes_every_file_and_prints_a_table() {
 
 #[test]
 fn nobody_reads_the_table() {
-    let program = Program::new("pipe");
+    let program = Program::new("cli-pipe");
     let mut command = program.command(&["run", "--duration", "1"]);
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().unwrap();
@@ -200,7 +178,7 @@ fn nobody_reads_the_table() {
 
 #[test]
 fn json_is_one_object_and_quiet_is_nothing() {
-    let program = Program::new("output");
+    let program = Program::new("cli-output");
     let run = |option| {
         let output = program.run(&["run", "demo", option, "--duration", "1", "--seed", "3"]);
         assert!(output.status.success(), "{}", text(&output.stderr));
@@ -216,7 +194,7 @@ fn json_is_one_object_and_quiet_is_nothing() {
 
 #[test]
 fn the_paper_is_a_page_and_a_json_object() {
-    let program = Program::new("paper");
+    let program = Program::new("cli-paper");
     let output = program.run(&["paper", "--json", "--out", "here"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let outline: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -230,7 +208,7 @@ fn the_paper_is_a_page_and_a_json_object() {
 
 #[test]
 fn a_trial_that_makes_no_sense_says_why() {
-    let program = Program::new("trial");
+    let program = Program::new("cli-trial");
     fs::write(program.0.join("arm.toml"), "\ntorque_gian = 0.8\n").unwrap();
     for (args, words) in [
         (
@@ -267,7 +245,7 @@ fn a_trial_that_makes_no_sense_says_why() {
 
 #[test]
 fn trials_are_a_table_or_a_json_object_and_plots() {
-    let program = Program::new("bench");
+    let program = Program::new("cli-bench");
     let bench = ["bench", "--seeds", "1..2", "--duration", "2"];
     let output = program.run(&bench);
     assert!(output.status.success(), "{}", text(&output.stderr));

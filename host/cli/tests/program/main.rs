@@ -15,12 +15,14 @@ mod listeners;
 mod live;
 mod output;
 mod pages;
+mod program;
 mod readme;
 mod run;
 mod scenarios;
 mod servo_bus;
 mod servos;
 mod settings;
+mod sweeps;
 #[cfg(unix)]
 mod terminal;
 mod transparent;

@@ -6,60 +6,18 @@ use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
+use crate::program::Program;
+
 /// A run that expects nothing.
 const SHORT: &str = "title = \"short\"\n[[step]]\nat_s = 0\nregulate_rad = [0, 0]\n\
                      [stop]\nafter_s = 0.5\n";
 
-/// The program, in an empty folder.
-struct Program(PathBuf);
-
-impl Program {
-    fn new(test: &str) -> Self {
-        Self(crate::folder(&format!("output-{test}")))
-    }
-
-    fn command(&self, args: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_armbridge"));
-        command.args(args).current_dir(&self.0);
-        command
-            .env_remove("ARMBRIDGE_LINK")
-            .env_remove("ARMBRIDGE_OUT");
-        command
-    }
-
-    fn run(&self, args: &[&str]) -> Output {
-        self.command(args).output().unwrap()
-    }
-
-    /// Its standard output; it must succeed.
-    fn prints(&self, args: &[&str]) -> String {
-        let output = self.run(args);
-        assert!(output.status.success(), "{args:?}: {}", stderr(&output));
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    /// It refuses in one line that contains these words.
-    fn refuses(&self, args: &[&str], words: &[&str]) {
-        let output = self.run(args);
-        let line = stderr(&output);
-        assert_eq!(output.status.code(), Some(2), "{args:?}: {line}");
-        assert_eq!(line.lines().count(), 1, "{args:?}: {line}");
-        for word in words {
-            assert!(line.contains(word), "{args:?}: no {word:?} in {line}");
-        }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-
-    /// A short run; its folder.
-    fn records(&self) -> PathBuf {
-        fs::write(self.path("short.toml"), SHORT).unwrap();
-        self.prints(&["run", "short.toml", "--quiet"]);
-        let mut folders = names(&self.path("runs"));
-        self.path("runs").join(folders.pop().unwrap())
-    }
+/// A short run; its folder.
+fn records(program: &Program) -> PathBuf {
+    fs::write(program.path("short.toml"), SHORT).unwrap();
+    program.prints(&["run", "short.toml", "--quiet"]);
+    let mut folders = names(&program.path("runs"));
+    program.path("runs").join(folders.pop().unwrap())
 }
 
 fn stderr(output: &Output) -> String {
@@ -78,8 +36,8 @@ fn names(folder: &Path) -> Vec<String> {
 
 #[test]
 fn a_closed_pipe_ends_every_command_quietly() {
-    let program = Program::new("pipe");
-    program.records();
+    let program = Program::new("output-pipe");
+    records(&program);
     for args in [
         ["info"].as_slice(),
         &["run", "upright", "--show"],
@@ -113,9 +71,9 @@ fn a_closed_pipe_ends_every_command_quietly() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_result_that_cannot_be_printed_is_an_error() {
-    let program = Program::new("full");
+    let program = Program::new("output-full");
     for args in [["config"].as_slice(), &["export", "csv", "--out", "-"]] {
-        program.records();
+        records(&program);
         let full = fs::File::options().write(true).open("/dev/full").unwrap();
         let output = program.command(args).stdout(full).output().unwrap();
         let text = stderr(&output);
@@ -144,7 +102,7 @@ fn run_with_room(program: &Program, kib: u32) -> Output {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_disk_that_fills_leaves_a_summary_and_no_half_files() {
-    let program = Program::new("disk");
+    let program = Program::new("output-disk");
     // Neither the log nor the picture of the angles has room.
     let output = run_with_room(&program, 40);
     let text = String::from_utf8_lossy(&output.stdout).replace("\n ", " ");
@@ -174,7 +132,7 @@ fn a_disk_that_fills_leaves_a_summary_and_no_half_files() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_disk_that_is_full_from_the_beginning_leaves_nothing() {
-    let program = Program::new("no-room");
+    let program = Program::new("output-no-room");
     let output = run_with_room(&program, 0);
     let text = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{text}");
@@ -187,8 +145,8 @@ fn a_disk_that_is_full_from_the_beginning_leaves_nothing() {
 
 #[test]
 fn files_that_exist_are_kept() {
-    let program = Program::new("existing");
-    let run = program.records();
+    let program = Program::new("output-existing");
+    let run = records(&program);
     for args in [
         ["design", "--write", "gains.toml"].as_slice(),
         &["design", "--plot", "step.svg"],
@@ -232,8 +190,8 @@ fn files_that_exist_are_kept() {
 
 #[test]
 fn a_log_is_printed_or_has_the_ending_of_its_format() {
-    let program = Program::new("export");
-    program.records();
+    let program = Program::new("output-export");
+    records(&program);
     let printed = program.prints(&["export", "csv", "--out", "-"]);
     assert!(printed.starts_with("time_s,tick,"), "{printed:.40}");
     assert!(printed.lines().count() > 400);
@@ -253,7 +211,7 @@ fn a_log_is_printed_or_has_the_ending_of_its_format() {
 
 #[test]
 fn the_newest_run_is_the_latest_and_not_the_last_by_name() {
-    let program = Program::new("newest");
+    let program = Program::new("output-newest");
     let log = |program: &Program| -> PathBuf {
         let replayed: Value = serde_json::from_str(&program.prints(&["replay", "--json"])).unwrap();
         replayed["log"].as_str().unwrap().into()
@@ -336,7 +294,7 @@ fn has_begun(program: &Program, name: &str, bytes: u64) -> bool {
 #[cfg(unix)]
 #[test]
 fn ctrl_c_during_the_baseline_is_no_error_of_the_run() {
-    let program = Program::new("baseline");
+    let program = Program::new("output-baseline");
     let begun = |_| has_begun(&program, "baseline.mcap", 0);
     let output = signalled(
         &program,
@@ -356,7 +314,7 @@ fn ctrl_c_during_the_baseline_is_no_error_of_the_run() {
 #[cfg(unix)]
 #[test]
 fn a_signal_that_ends_a_run_is_named() {
-    let program = Program::new("terminated");
+    let program = Program::new("output-terminated");
     // A log begins with half of that, before the arm is armed.
     let begun = |_| has_begun(&program, "run.mcap", 1_000_000);
     let output = signalled(
@@ -375,7 +333,7 @@ fn a_signal_that_ends_a_run_is_named() {
 #[cfg(unix)]
 #[test]
 fn ctrl_c_leaves_no_half_export() {
-    let program = Program::new("export-ctrl-c");
+    let program = Program::new("output-export-ctrl-c");
     program.prints(&["run", "upright", "--duration", "150", "--quiet"]);
     let runs = program.path("runs");
     let folder = runs.join(&names(&runs)[0]);
@@ -408,7 +366,7 @@ fn without_room(program: &Program, args: &str) -> Output {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_file_is_replaced_only_by_a_whole_one() {
-    let program = Program::new("replaced");
+    let program = Program::new("output-replaced");
     fs::write(program.path("step.svg"), "mine").unwrap();
     let output = without_room(
         &program,
@@ -427,7 +385,7 @@ fn a_file_is_replaced_only_by_a_whole_one() {
 
 #[test]
 fn a_bench_replaces_all_its_files_or_none() {
-    let program = Program::new("bench");
+    let program = Program::new("output-bench");
     let bench = |seed: &'static str| {
         [
             "bench",
@@ -452,7 +410,7 @@ fn a_bench_replaces_all_its_files_or_none() {
 
 #[test]
 fn a_recording_of_nothing_leaves_no_folder() {
-    let program = Program::new("record");
+    let program = Program::new("output-record");
     let args = ["status", "--link", "tcp://127.0.0.1:1", "--record", "logs"];
     let output = program.run(&args);
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
@@ -462,8 +420,8 @@ fn a_recording_of_nothing_leaves_no_folder() {
 #[cfg(target_os = "linux")]
 #[test]
 fn standard_output_has_a_name_in_the_system() {
-    let program = Program::new("dev-stdout");
-    program.records();
+    let program = Program::new("output-dev-stdout");
+    records(&program);
     let file = fs::File::create(program.path("printed.csv")).unwrap();
     let mut command = program.command(&["export", "csv", "--out", "/dev/stdout"]);
     let output = command.stdout(file).output().unwrap();
@@ -476,7 +434,7 @@ fn standard_output_has_a_name_in_the_system() {
 #[cfg(target_os = "linux")]
 #[test]
 fn ctrl_c_keeps_the_trials_and_cases_that_are_done() {
-    let program = Program::new("ctrl-c");
+    let program = Program::new("output-ctrl-c");
     let args = [
         "bench",
         "--seeds",

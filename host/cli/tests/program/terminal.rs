@@ -65,6 +65,11 @@ impl Dashboard {
     }
 
     fn on(link: &str, options: &[&str]) -> Self {
+        Self::of(&[&["watch", "--link", link], options].concat())
+    }
+
+    /// Any command with a terminal of its own.
+    fn of(args: &[&str]) -> Self {
         // A program that inherited the controlling end would keep its own terminal open.
         let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
         let controller = openpt(flags).unwrap();
@@ -82,8 +87,7 @@ impl Dashboard {
         tcsetwinsize(&terminal, size).unwrap();
         let end = || terminal.try_clone().unwrap();
         let child = process::Command::new(env!("CARGO_BIN_EXE_armbridge"))
-            .args(["watch", "--link", link])
-            .args(options)
+            .args(args)
             .env("TERM", "xterm")
             .stdin(end())
             .stdout(end())
@@ -314,4 +318,18 @@ fn hang_ups_of_kernel_and_shell_disarm_before_the_end() {
     assert_eq!(dashboard.hang_up().code(), Some(129));
     assert!(is_left_disarmed(&log));
     assert_eq!(Recording::load(&log).unwrap().damage, [""; 0]);
+}
+
+#[test]
+fn a_calibration_ends_with_its_terminal_and_changes_nothing() {
+    let board = served(links::TCP);
+    let link = board.link.to_string();
+    let calibration = Dashboard::of(&["calibrate", "--link", &link]);
+    calibration.until("press Enter");
+    let code = calibration.hang_up().code();
+    assert!(matches!(code, Some(2 | 129)), "{code:?}");
+    assert_eq!(board.seen().mode, Mode::Idle);
+    // Another program commands the board at once.
+    let arm = ["arm", "--for", "1"];
+    links::assert_ends(&links::run(&board.link, &arm), 0, "; disarmed");
 }

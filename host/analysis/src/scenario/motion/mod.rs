@@ -6,6 +6,7 @@
 //! that it comes from.
 
 mod resample;
+mod run_up;
 mod samples;
 
 use armbridge_client::number_text::beside_limit;
@@ -204,8 +205,8 @@ impl Path {
         let acceleration = f64::from(MOTION.acceleration_rad_s2);
         let motion = resample::resample(samples, spacing_s);
         let (first, last) = (&motion[0], &motion[motion.len() - 1]);
-        let run_up = resample::run_up(first, spacing_s, acceleration);
-        let run_out = resample::run_out(last, spacing_s, acceleration);
+        let run_up = run_up::run_up(first, spacing_s, acceleration);
+        let run_out = run_up::run_out(last, spacing_s, acceleration);
         let run_up_s = run_up.first().map_or(0.0, |knot| -knot.at_s);
         let run_out_s = run_out.last().map_or(0.0, |knot| knot.at_s - last.at_s);
         let duration_s = last.at_s;
