@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::fmt;
 
 use armbridge_client::params;
+use armbridge_shared::link::message::Settings;
 use armbridge_sim::plant::{PlantError, PlantFile};
 use serde::Serialize;
 use toml::Value;
@@ -43,6 +44,9 @@ pub enum AxisError {
     /// A seed is no whole number from 0 up.
     #[error("`{0}` is no seed: expected whole numbers from 0 up, as seed=1..20 or seed=1,2,3")]
     Seed(String),
+    /// Values of a parameter that takes lists are none.
+    #[error("`{0}` takes lists: write each value in brackets, as controller.r=[10,10],[20,20]")]
+    NotLists(String),
     /// A value is given twice: the same run would count twice.
     #[error("`{0}` has the value {1} twice")]
     Repeated(String, String),
@@ -85,6 +89,10 @@ impl std::str::FromStr for Axis {
         }
         let values: Result<Vec<_>, _> = values.iter().map(|value| range(value)).collect();
         let values: Vec<String> = values?.into_iter().flatten().collect();
+        let is_list = |value: &String| params::of_text(value).is_array();
+        if takes_lists(key) && !values.iter().all(is_list) {
+            return Err(AxisError::NotLists(key.into()));
+        }
         if let Some(value) = repeated(&values) {
             return Err(AxisError::Repeated(key.into(), value));
         }
@@ -99,6 +107,11 @@ impl std::str::FromStr for Axis {
         }
         Ok(Self::Values(key.into(), values))
     }
+}
+
+/// Whether a parameter is a list, of those in use by default.
+fn takes_lists(key: &str) -> bool {
+    params::get(&Settings::default(), key).is_some_and(|value| value.is_array())
 }
 
 /// The first value that is there before, in this form or another, as `[10, 10]` and `[10,10]`.
@@ -223,6 +236,7 @@ mod tests {
                 "controller.r=[1,1],[1, 1]",
                 "`controller.r` has the value [1, 1] twice",
             ),
+            ("controller.r=10,10", "write each value in brackets"),
             ("controller.Q=1", "is it `controller.q`"),
         ] {
             let error = wrong.parse::<Axis>().unwrap_err().to_string();

@@ -66,7 +66,10 @@ fn every_combination_is_checked_before_anything_runs() {
             "controller.r=[10,10],[-1,1]",
             "with controller.r=[-1,1]: --set: `controller.r` cannot be",
         ),
-        ("controller.r=10,20", "`controller.r` cannot be 10"),
+        (
+            "controller.r=10,20",
+            "`controller.r` takes lists: write each value in brackets",
+        ),
         ("control=paper,papier", "`control` cannot be papier"),
         ("plant=default,haevy", "is it `heavy`?"),
         ("controler.r=1", "there is no parameter `controler.r`"),
