@@ -43,23 +43,25 @@ impl ExpectationMonitor {
         self.ends.push(*conclusion);
     }
 
-    /// Observes the next tick.
-    pub fn on_record(&mut self, record: &Record) {
+    /// Observes the next tick. Returns the push that begins with it, on the board's clock.
+    pub fn on_record(&mut self, record: &Record) -> Option<Push> {
         let begun_us = *self.begun_us.get_or_insert(record.start_us);
         let now_us = record.start_us.saturating_sub(begun_us);
-        if let Some(push) = self.pushes.get(self.next).copied()
-            && now_us >= push.start_ns / 1_000
-        {
+        let next = self.pushes.get(self.next).copied();
+        let begun = next.filter(|push| now_us >= push.start_ns / 1_000);
+        let begun = begun.map(|push| Push {
+            start_ns: push.start_ns + begun_us * 1_000,
+            ..push
+        });
+        if let Some(push) = begun {
             self.end_recovery();
             self.next += 1;
-            self.recovery = Some(PushTally::begin(Push {
-                start_ns: push.start_ns + begun_us * 1_000,
-                ..push
-            }));
+            self.recovery = Some(PushTally::begin(push));
         }
         if let Some(recovery) = &mut self.recovery {
             recovery.add(record);
         }
+        begun
     }
 
     fn end_recovery(&mut self) {

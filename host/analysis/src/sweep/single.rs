@@ -1,7 +1,6 @@
 //! One run of a sweep: the plan on the simulated board, its figures, and its log if one is
 //! requested.
 
-use std::collections::VecDeque;
 use std::fs;
 use std::path::Path;
 
@@ -14,7 +13,6 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::link::experiment::Conclusion;
 use armbridge_shared::link::message::Record;
 use armbridge_sim::link::{BoardUri, Options, drive};
-use armbridge_sim::plant::Push;
 use serde::Serialize;
 
 use crate::plan_runner::{Ending, PlanRunner, RecordSink};
@@ -72,24 +70,14 @@ impl RunFigures {
 struct Figures {
     tally: Tally,
     judge: ExpectationMonitor,
-    /// Pushes to come, by time since the first record.
-    pushes: VecDeque<Push>,
-    /// Time of the first record.
-    begun_ns: Option<u64>,
 }
 
 impl RecordSink for Figures {
     fn record(&mut self, record: &Record) {
-        let begun_ns = *self.begun_ns.get_or_insert(record.start_us * 1_000);
-        while let Some(push) = self.pushes.front()
-            && begun_ns + push.start_ns <= record.start_us * 1_000
-        {
-            let start_ns = begun_ns + push.start_ns;
-            self.tally.push(&Push { start_ns, ..*push });
-            self.pushes.pop_front();
+        if let Some(push) = self.judge.on_record(record) {
+            self.tally.push(&push);
         }
         self.tally.add(record);
-        self.judge.on_record(record);
     }
 
     fn concluded(&mut self, conclusion: &Conclusion) {
@@ -124,8 +112,6 @@ fn recorded(
     let sink = Figures {
         tally: Tally::default(),
         judge: ExpectationMonitor::new(scenario.expect, &scenario.plan.pushes),
-        pushes: scenario.plan.pushes.clone().into(),
-        begun_ns: None,
     };
     let runner = PlanRunner::with_sink(scenario.plan.clone(), sink);
     let mut runner = runner.interrupted_by(ctrl_c::is_raised);
@@ -142,7 +128,7 @@ fn recorded(
         return Ok(None);
     }
     let link = runner.stats();
-    let Figures { tally, judge, .. } = runner.into_sink();
+    let Figures { tally, judge } = runner.into_sink();
     let summary = tally.summary(facts, link, tally.covered_s(), 0.0);
     let error = result.err().map(|error| error.to_string());
     let success = &scenario.success;
