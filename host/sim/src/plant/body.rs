@@ -25,58 +25,20 @@
 //! Inelastic: a joint that reaches one loses its speed and stays there while it
 //! is pushed against it.
 
+mod friction;
+
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Parameters, Posture, State};
-use nalgebra::{ComplexField, Vector2};
+use nalgebra::Vector2;
+
+pub use friction::Friction;
+use friction::{Contact, contact_of};
 
 /// Limit of the reversals of joints within a step. The rest of a step with more is
 /// skipped; the motion in it is small.
 const REVERSALS_MAX: usize = 4;
 /// Grid of the integration, in ns.
 pub const STEP_NS: u64 = 100_000;
-
-/// Dry friction of one joint, in N m.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Friction {
-    /// Torque against the motion of a sliding joint.
-    pub coulomb_nm: f64,
-    /// Torque that a joint at rest withstands.
-    pub static_nm: f64,
-    /// vs in rad/s of a sliding joint's `coulomb_nm + (static_nm - coulomb_nm)
-    /// exp(-(v/vs)^2)`. 0 for `coulomb_nm` alone, at any speed.
-    pub stribeck_rad_s: f64,
-}
-
-impl Friction {
-    /// No dry friction; the viscous one is part of the arm's parameters.
-    pub const NONE: Self = Self {
-        coulomb_nm: 0.0,
-        static_nm: 0.0,
-        stribeck_rad_s: 0.0,
-    };
-
-    /// Torque in N m against a sliding joint of this speed.
-    fn sliding_nm(&self, speed_rad_s: f64) -> f64 {
-        if self.stribeck_rad_s > 0.0 {
-            // nalgebra's own, not the platform's: the same bits everywhere.
-            let share = speed_rad_s / self.stribeck_rad_s;
-            self.coulomb_nm + (self.static_nm - self.coulomb_nm) * ComplexField::exp(-share * share)
-        } else {
-            self.coulomb_nm
-        }
-    }
-}
-
-/// State of dry friction of a joint.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Contact {
-    /// It has no dry friction.
-    Free,
-    /// It is at rest.
-    Stuck,
-    /// It slides, towards larger (1) or smaller (-1) angles.
-    Sliding(f64),
-}
 
 /// A joint's collision with one of its stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,19 +49,6 @@ pub struct Impact {
     pub speed_rad_s: f64,
     /// Energy of the arm before, kinetic and potential, in J.
     pub energy_j: f64,
-}
-
-/// Contact of joints with these speeds.
-fn contact_of(friction: &[Friction; JOINTS], state: &State<f64>) -> [Contact; JOINTS] {
-    core::array::from_fn(|joint| {
-        if friction[joint] == Friction::NONE {
-            Contact::Free
-        } else if state.dq[joint] == 0.0 {
-            Contact::Stuck
-        } else {
-            Contact::Sliding(state.dq[joint].signum())
-        }
-    })
 }
 
 /// The arm's mechanics.
