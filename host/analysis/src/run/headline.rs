@@ -39,10 +39,8 @@ pub fn headline(summary: &Summary, verdict: Verdict) -> String {
 /// Setpoints at which both joints settle, and all.
 pub fn settled(segments: &[SegmentSummary]) -> (usize, usize) {
     let is_settled = |segment: &&SegmentSummary| {
-        let joints = segment.joints.iter();
-        joints
-            .into_iter()
-            .all(|joint| joint.settling_time_s.is_some())
+        let mut joints = segment.joints.iter();
+        joints.all(|joint| joint.settling_time_s.is_some())
     };
     (segments.iter().filter(is_settled).count(), segments.len())
 }

@@ -4,7 +4,7 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::estimate::{Config, Form, Tuning};
 use armbridge_shared::link::message::{Controller, Gains, Setup};
 
-use super::{ControlArgs, ControllerName, EstimateArgs, EstimatorName};
+use super::args::{ControlArgs, ControllerName, EstimateArgs, EstimatorName};
 
 /// Time constant of the low pass in s that makes differences at 1 kHz usable.
 const FILTER_S: f32 = 0.02;
