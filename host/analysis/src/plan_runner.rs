@@ -249,6 +249,10 @@ impl<K: RecordSink> PlanRunner<K> {
     /// Handles Ctrl-C: switches off at once, or ends if nothing was changed yet.
     fn interrupt(&mut self, now_us: u64) {
         self.ending.get_or_insert(Ending::Interrupted);
+        self.end_early(now_us);
+    }
+
+    fn end_early(&mut self, now_us: u64) {
         match self.phase {
             Phase::Connecting | Phase::ReadingSettings => self.enter(Phase::Over, now_us),
             Phase::SettingUp
@@ -342,6 +346,14 @@ impl<K: RecordSink> Host for PlanRunner<K> {
 
     fn emergency_stop(&mut self, now_us: u64) -> bool {
         self.session.request(now_us, Request::Stop);
+        true
+    }
+
+    fn disarm(&mut self, now_us: u64) -> bool {
+        if !matches!(self.phase, Phase::SwitchingOff | Phase::Over) {
+            self.error.get_or_insert(PlanError::Disarmed);
+        }
+        self.end_early(now_us);
         true
     }
 

@@ -39,6 +39,12 @@ pub trait Host {
         false
     }
 
+    /// Another process asks to disarm: true if the host does, with its next bytes. Otherwise
+    /// the driver of the link ends the host's session with a hello.
+    fn disarm(&mut self, _now_us: u64) -> bool {
+        false
+    }
+
     /// The server of the link announces the host's role; other links have no server.
     fn link_role(&mut self, _role: LinkRole) {}
 

@@ -35,8 +35,10 @@ use armbridge_client::pty::{Pty, Ready};
 use armbridge_client::transport::LinkUri;
 
 use crate::cosim::Interaction;
+#[cfg(unix)]
 use crate::nonblocking;
 use crate::pacer::Pacer;
+#[cfg(unix)]
 use outbox::Outbox;
 use peers::Peers;
 

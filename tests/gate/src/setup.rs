@@ -10,10 +10,10 @@ use crate::output::{Output, printed, succeeds};
 use crate::packages::Program;
 use crate::paths;
 
-/// Target of both firmware images.
-const TARGET: &str = "thumbv7em-none-eabihf";
+/// Targets: of both firmware images, and of the program on Windows.
+const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "x86_64-pc-windows-gnu"];
 
-/// Formatter, linter and target, by rustup where one is missing; the test runner, by
+/// Formatter, linter and targets, by rustup where one is missing; the test runner, by
 /// cargo.
 pub(crate) fn rust(out: &Output) -> Result<(), String> {
     for (component, check) in [
@@ -24,11 +24,13 @@ pub(crate) fn rust(out: &Output) -> Result<(), String> {
             rustup(out, &format!("rustup component add {component}"))?;
         }
     }
-    // Where a target's library is, if it is installed.
-    let query = format!("rustc --print target-libdir --target {TARGET}");
-    let installed = printed(&query).is_some_and(|path| Path::new(path.trim()).is_dir());
-    if !installed {
-        rustup(out, &format!("rustup target add {TARGET}"))?;
+    for target in TARGETS {
+        // Where a target's library is, if it is installed.
+        let query = format!("rustc --print target-libdir --target {target}");
+        let installed = printed(&query).is_some_and(|path| Path::new(path.trim()).is_dir());
+        if !installed {
+            rustup(out, &format!("rustup target add {target}"))?;
+        }
     }
     if succeeds("cargo nextest --version") {
         return Ok(());

@@ -84,7 +84,7 @@ pub(crate) const GATE: &[Step] = &[
     step(
         Lane::Host,
         "rust",
-        "formatter, linter, test runner and the board's target are there",
+        "formatter, linter, test runner and the targets of board and Windows are there",
         Work::Do(setup::rust),
     ),
     host_lines(
@@ -179,6 +179,11 @@ pub(crate) const GATE: &[Step] = &[
             "clippy --profile firmware --package armbridge-shared --target \
              thumbv7em-none-eabihf -- -D warnings",
         ],
+    ),
+    board_lines(
+        "windows",
+        "the program compiles for Windows, without warnings",
+        &["clippy --package armbridge --target x86_64-pc-windows-gnu -- -D warnings"],
     ),
     step(
         Lane::Board,

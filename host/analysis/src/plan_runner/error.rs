@@ -39,10 +39,7 @@ pub enum PlanError {
     )]
     Disconnected,
     /// Torque went off without a fault, and not by this host.
-    #[error(
-        "another host disarmed the board in mid-run: is another program on its link? End it, \
-         then run again"
-    )]
+    #[error("another program disarmed the board, by `armbridge disarm` or on the same link")]
     Disarmed,
     /// A setting of the scenario is incompatible with the board's.
     #[error("{0}")]

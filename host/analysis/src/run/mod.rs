@@ -233,6 +233,10 @@ impl Host for RunHost {
         self.runner.emergency_stop(now_us)
     }
 
+    fn disarm(&mut self, now_us: u64) -> bool {
+        self.runner.disarm(now_us)
+    }
+
     fn disconnected(&mut self, now_us: u64) {
         self.progress.set_message("the link broke; waiting for it");
         self.runner.disconnected(now_us);

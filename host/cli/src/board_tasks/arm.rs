@@ -3,11 +3,12 @@
 use std::time::Duration;
 
 use armbridge_client::ctrl_c;
+use armbridge_client::enum_names;
 use armbridge_client::error::end_in_words;
 use armbridge_client::fault_text;
 use armbridge_client::session::{ARM_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
 use armbridge_client::status::{BoardStatus, FoundServos};
-use armbridge_shared::link::message::{BoardReport, Command, LastEnd, Mode, Refusal, Trip};
+use armbridge_shared::link::message::{BoardReport, Command, Fault, LastEnd, Mode, Refusal, Trip};
 
 use super::{Task, TaskError, View};
 
@@ -18,6 +19,12 @@ pub enum Outcome {
     Disarmed,
     /// The board switched torque off.
     Tripped(Trip),
+    /// The same, and its account of the cause was lost.
+    Fault(Fault),
+    /// By another program.
+    Released,
+    /// The board reports nothing.
+    Silent,
     /// The board was reset.
     Reset(LastEnd),
     /// The link broke, and is back; the board is disarmed.
@@ -36,6 +43,8 @@ enum Step {
     Over,
 }
 
+/// Longest time without a record, and without the account of a fault.
+const SILENCE_US: u64 = 1_000_000;
 /// Time between two status lines.
 const REPORT_US: u64 = 1_000_000;
 
@@ -49,6 +58,8 @@ pub struct Arm {
     report: Option<BoardReport>,
     outcome: Option<Outcome>,
     held: Duration,
+    /// Latest tick, when it was reported, and when the latest that was armed.
+    heard: (u32, u64, u64),
     report_line: Box<dyn FnMut(&str)>,
     report_us: u64,
 }
@@ -63,6 +74,7 @@ impl Arm {
             report: None,
             outcome: None,
             held: Duration::ZERO,
+            heard: (0, 0, 0),
             report_line: Box::new(|_| {}),
             report_us: 0,
         }
@@ -146,15 +158,34 @@ impl Arm {
     }
 
     /// Events that end it in any step.
-    fn misfortune(&self, view: &View<'_>) -> Option<Outcome> {
+    fn misfortune(&mut self, view: &View<'_>) -> Option<Outcome> {
         let status = view.session.status();
-        let (before, report) = (self.report?, status.report?);
-        if before.is_before_reset(&report) {
+        if let (Some(before), Some(report)) = (self.report, status.report)
+            && before.is_before_reset(&report)
+        {
             return Some(Outcome::Reset(report.last_end));
         }
-        let is_fault = matches!(status.mode(), Some(Mode::Fault(_)));
-        let trip = status.trip.filter(|_| is_fault);
-        trip.map(Outcome::Tripped)
+        if let (Some(Mode::Fault(_)), Some(trip)) = (status.mode(), status.trip) {
+            return Some(Outcome::Tripped(trip));
+        }
+        let now_us = view.now_us;
+        let (tick, heard_us, armed_us) = &mut self.heard;
+        if let Some(record) = status.record.filter(|record| record.tick != *tick) {
+            (*tick, *heard_us) = (record.tick, now_us);
+            if record.mode.is_armed() {
+                *armed_us = now_us;
+            }
+        }
+        if now_us.saturating_sub(*heard_us) > SILENCE_US {
+            return Some(Outcome::Silent);
+        }
+        if now_us.saturating_sub(*armed_us) <= SILENCE_US {
+            return None;
+        }
+        Some(match status.mode() {
+            Some(Mode::Fault(fault)) => Outcome::Fault(fault),
+            _ => Outcome::Released,
+        })
     }
 }
 
@@ -188,6 +219,7 @@ impl Task for Arm {
             Step::Arming(since_us) => match view.session.take_answer() {
                 Some(Ok(())) => {
                     self.report = view.session.status().report;
+                    (self.heard.1, self.heard.2) = (now_us, now_us);
                     self.step = Step::Holding(now_us);
                 }
                 Some(Err(refusal)) => {
@@ -232,7 +264,9 @@ impl Outcome {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Disarmed => "disarmed",
-            Self::Tripped(_) => "fault",
+            Self::Tripped(_) | Self::Fault(_) => "fault",
+            Self::Released => "released",
+            Self::Silent => "silent",
             Self::Reset(_) => "reset",
             Self::Parted => "parted",
         }
@@ -252,6 +286,17 @@ impl Outcome {
                     description.cause, description.remedy
                 )
             }
+            Self::Fault(fault) => {
+                format!(
+                    "torque off: the board reports {}",
+                    enum_names::fault(*fault)
+                )
+            }
+            Self::Released => "another program disarmed the board".into(),
+            Self::Silent => "the board has reported nothing for a second: MOTORS MAY BE ON; it \
+                             switches them off if it does not hear this program either; if the \
+                             arm moves, use the switch of the servos' supply"
+                .into(),
             Self::Reset(end) => format!(
                 "the board was reset, its motors are off: {}",
                 end_in_words(end)

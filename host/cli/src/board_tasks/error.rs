@@ -43,6 +43,9 @@ pub enum TaskError {
     /// Stock servos do not take wheel mode, for this reason.
     #[error("{}", reason(.0.as_ref(), "the servos cannot be set to wheel mode"))]
     NoWheelMode(Option<Obstacle>),
+    /// Another program disarmed the board.
+    #[error("another program disarmed the board, by `armbridge disarm`")]
+    Released,
     /// The board does not acknowledge that it has disarmed.
     #[error("the board does not report that it has disarmed; switch its supply off")]
     NotDisarmed,

@@ -22,10 +22,13 @@ pub use error::TaskError;
 use armbridge_client::Host;
 use armbridge_client::session::{Request, Session};
 use armbridge_client::transport::Intent;
+use armbridge_shared::link::message::Command;
 use armbridge_shared::link::server::LinkRole;
 
 /// Longest that a task waits for its time, in µs.
 const LOOK_US: u64 = 10_000;
+/// Time for the board's report, before a task ends that another program has disarmed.
+const RELEASE_US: u64 = 100_000;
 
 /// A task's view of the session: status, and requests.
 #[derive(Debug)]
@@ -62,6 +65,8 @@ pub struct TaskHost<T> {
     /// The session that it is done in.
     pub session: Session,
     look_us: u64,
+    /// When another program asked to disarm.
+    released_us: Option<u64>,
 }
 
 impl<T: Task> TaskHost<T> {
@@ -71,11 +76,19 @@ impl<T: Task> TaskHost<T> {
             task,
             session: Session::default(),
             look_us: 0,
+            released_us: None,
         }
     }
 
     fn look(&mut self, now_us: u64) -> Result<(), TaskError> {
         self.look_us = now_us + LOOK_US;
+        if let Some(released_us) = self.released_us {
+            // Nothing is armed from now on.
+            return match now_us.saturating_sub(released_us) {
+                0..=RELEASE_US => Ok(()),
+                _ => Err(TaskError::Released),
+            };
+        }
         self.task.look(View {
             now_us,
             session: &mut self.session,
@@ -108,6 +121,13 @@ impl<T: Task> Host for TaskHost<T> {
 
     fn emergency_stop(&mut self, now_us: u64) -> bool {
         self.session.request(now_us, Request::Stop);
+        true
+    }
+
+    fn disarm(&mut self, now_us: u64) -> bool {
+        self.session
+            .request(now_us, Request::Command(Command::Idle));
+        self.released_us.get_or_insert(now_us);
         true
     }
 

@@ -66,6 +66,11 @@ pub(crate) fn run(args: &ArmedArgs) -> Outcome {
     }
     Ok(ExitCode::from(match ending {
         Ending::Disarmed => 0,
-        Ending::Tripped(_) | Ending::Reset(_) | Ending::Parted => 1,
+        Ending::Tripped(_)
+        | Ending::Fault(_)
+        | Ending::Released
+        | Ending::Silent
+        | Ending::Reset(_)
+        | Ending::Parted => 1,
     }))
 }

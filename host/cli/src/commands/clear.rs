@@ -1,6 +1,7 @@
 //! `armbridge clear`: a latched fault cleared.
 
 use armbridge::board_tasks::motors_off::{Goal, MotorsOff};
+use armbridge::config::Config;
 use armbridge_client::enum_names;
 use armbridge_sim::link::Pace;
 
@@ -15,6 +16,14 @@ Examples:
 Remove the cause first: `armbridge status` shows it.";
 
 pub(crate) fn run(args: &TaskArgs) -> Outcome {
+    let uri = Config::discover()?.link(args.link.link.as_ref())?;
+    if uri.is_simulated() {
+        return Err(format!(
+            "a fault is cleared on a board that is running, and {uri} would be a new one: give \
+             its --link, for example serial: or that of `armbridge serve board`"
+        )
+        .into());
+    }
     let (uri, host) = task::go(args, "clear", Pace::Free, MotorsOff::new(Goal::Clear))?;
     let message = host.task.cleared().map_or_else(
         || "no fault was latched; motors are off".to_owned(),

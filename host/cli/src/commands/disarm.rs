@@ -1,30 +1,20 @@
-//! `armbridge disarm`: motors off.
+//! `armbridge disarm`: motors off, without a fault.
 
-use armbridge::board_tasks::motors_off::{Goal, MotorsOff};
-use armbridge_client::fault_text;
-use armbridge_shared::link::message::Mode;
-use armbridge_sim::link::Pace;
+use armbridge_client::transport::stop_socket::Order;
 
-use super::{Outcome, task};
+use super::{Outcome, motors_off};
 use crate::args::TaskArgs;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
+  armbridge disarm
   armbridge disarm --link serial:
-  armbridge disarm --link tcp://127.0.0.1:7001 --json";
+  armbridge disarm --link tcp://127.0.0.1:7001 --json
+
+Without --link every board is disarmed that a program of yours has, simulated ones
+too, that is plugged in, or that the configuration names; each is listed. A program
+that has the board does it for this one.";
 
 pub(crate) fn run(args: &TaskArgs) -> Outcome {
-    let (uri, host) = task::go(args, "disarm", Pace::Free, MotorsOff::new(Goal::Disarm))?;
-    let is_fault = matches!(host.session.status().mode(), Some(Mode::Fault(_)));
-    let message = host.session.status().trip.filter(|_| is_fault).map_or_else(
-        || "disarmed: motors are off".to_owned(),
-        |tripped| {
-            let account = fault_text::in_words(&tripped);
-            format!(
-                "motors are off; a fault is latched: {}; {}",
-                account.cause, account.remedy
-            )
-        },
-    );
-    task::print(args, &uri, &host, &message)
+    motors_off::run(args, Order::Disarm)
 }

@@ -20,6 +20,7 @@ pub(crate) fn options(args: &LinkArgs, config: &Config) -> Result<(BoardUri, Opt
     let bench = Bench::new(Plant::new(PlantConfig::default(), SEED));
     let mut options = Options::new(bench);
     options.link.patience = config.patience();
+    options.is_stoppable = true;
     Ok((link, options))
 }
 

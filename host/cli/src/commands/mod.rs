@@ -37,6 +37,7 @@ mod bus;
 mod finish;
 mod link;
 mod log;
+mod motors_off;
 mod params_exchange;
 mod recording;
 mod session;

@@ -88,6 +88,7 @@ fn board(args: &BoardArgs) -> Outcome {
     let plant = virtual_arm::plant(&args.arm)?;
     let mut options = Options::new(Bench::with_servos(plant, &args.servos.kinds()?));
     options.pace = Pace::WallClock;
+    options.is_stoppable = true;
     if !args.quiet {
         options.board_log = |line| stdio::note(format_args!("board: {line}"));
     }

@@ -66,6 +66,7 @@ impl OpenedLink {
         let session = LinkThread::begin(link, move || {
             let mut options = Options::new(Bench::with_servos(Plant::new(plant, seed), &kinds));
             options.pace = Pace::WallClock;
+            options.is_stoppable = true;
             options.link = LinkOptions {
                 patience: PATIENCE,
                 is_quiet,

@@ -123,6 +123,11 @@ impl<D: FnOnce(&Settings) -> Vec<Command>> Host for Exchange<D> {
         true
     }
 
+    fn disarm(&mut self, _now_us: u64) -> bool {
+        // Its hello has disarmed the board, and it arms nothing.
+        true
+    }
+
     /// An unanswered command is sent again: settings are a state, not an event.
     fn link_role(&mut self, role: LinkRole) {
         self.session.set_role(role);

@@ -5,6 +5,7 @@ use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
+use armbridge_shared::link::message::Command;
 use armbridge_shared::link::server::LinkRole;
 
 use super::{Request, Session};
@@ -142,6 +143,12 @@ impl Host for ChannelHost {
 
     fn emergency_stop(&mut self, now_us: u64) -> bool {
         self.session.request(now_us, Request::Stop);
+        true
+    }
+
+    fn disarm(&mut self, now_us: u64) -> bool {
+        self.session
+            .request(now_us, Request::Command(Command::Idle));
         true
     }
 

@@ -19,7 +19,7 @@
 //! | [`usb`]        | a board's control pipes                                    |
 //! | `open`         | opens a link that is a byte stream                         |
 //! | `failure`      | reasons for which a link does not open, or is lost         |
-//! | [`stop_socket`] | an emergency stop of a link that another process has (Unix) |
+//! | [`stop_socket`] | motors off on a board that another process has           |
 //! | `wall_clock`   | a host on a byte stream, which is reopened when it breaks  |
 //! | `disconnect_guard` | sends a goodbye if the host does not                   |
 //! | `link_filter`  | takes messages of a link's server out of the stream         |
@@ -34,7 +34,6 @@ mod link_filter;
 mod open;
 mod program;
 mod role;
-#[cfg_attr(not(unix), path = "no_stop_socket.rs")]
 pub mod stop_socket;
 #[cfg(unix)]
 mod terminal;

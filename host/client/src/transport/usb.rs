@@ -116,12 +116,27 @@ pub fn open(serial: Option<&str>) -> Result<UsbLine, UsbError> {
 }
 
 /// Serial number of the only board that is plugged in, if it has one.
-#[cfg(unix)]
 pub(super) fn serial_of_the_only_one() -> Option<String> {
-    let mut boards = nusb::list_devices().wait().ok()?.filter(is_board);
-    let only = boards.next()?;
-    let serial = only.serial_number()?.to_owned();
-    boards.next().is_none().then_some(serial)
+    match serials().as_slice() {
+        [only] => only.clone(),
+        _ => None,
+    }
+}
+
+/// Serial numbers of all boards with pipes that are plugged in; none where USB cannot be
+/// listed.
+pub(super) fn serials() -> Vec<Option<String>> {
+    let Ok(devices) = nusb::list_devices().wait() else {
+        return Vec::new();
+    };
+    let serials = devices
+        .filter(is_board)
+        .filter(|board| {
+            let mut interfaces = board.interfaces();
+            interfaces.any(|interface| interface.class() == VENDOR_CLASS)
+        })
+        .map(|board| board.serial_number().map(str::to_owned));
+    serials.collect()
 }
 
 fn is_board(device: &DeviceInfo) -> bool {

@@ -7,7 +7,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::usb::{PRODUCT_ID, PRODUCT_NAME, VENDOR_CLASS, VENDOR_ID};
+use super::LinkUri;
+use super::usb::{self, PRODUCT_ID, PRODUCT_NAME, VENDOR_CLASS, VENDOR_ID};
 
 /// Directory in which Linux lists terminals.
 pub(crate) const TERMINALS: &str = "/sys/class/tty";
@@ -53,12 +54,35 @@ pub fn find() -> Result<Found, FindError> {
     find_under(Path::new(TERMINALS))
 }
 
-fn find_under(terminals: &Path) -> Result<Found, FindError> {
+/// Links of all boards that are plugged in: where boards are not found by their serial
+/// ports, those that USB lists.
+pub fn links() -> Vec<LinkUri> {
+    let found = all_under(Path::new(TERMINALS));
+    let ports = found.into_iter().map(|found| match found.serial {
+        Some(serial) if found.has_pipes => LinkUri::Usb(Some(serial)),
+        _ => LinkUri::Serial(Some(found.terminal)),
+    });
+    let mut links: Vec<LinkUri> = ports.collect();
+    for serial in usb::serials() {
+        let link = LinkUri::Usb(serial);
+        if !links.contains(&link) {
+            links.push(link);
+        }
+    }
+    links
+}
+
+fn all_under(terminals: &Path) -> Vec<Found> {
     let entries = fs::read_dir(terminals).into_iter().flatten().flatten();
     let mut found: Vec<Found> = entries
         .filter_map(|entry| identify(&entry.path()))
         .collect();
     found.sort_by(|a, b| a.terminal.cmp(&b.terminal));
+    found
+}
+
+fn find_under(terminals: &Path) -> Result<Found, FindError> {
+    let mut found = all_under(terminals);
     match found.pop() {
         None => Err(FindError::None),
         Some(only) if found.is_empty() => Ok(only),

@@ -6,22 +6,20 @@
 //! patience ends; after [`Host::disconnected`] a host begins with a hello. The link is back
 //! when the first bytes of the board arrive.
 //!
-//! Meanwhile a stop that another process asks for is sent at once: by the host, in its
-//! session, or by this driver.
+//! Meanwhile a stop that another process asks for is sent at once, see
+//! [`stop_socket`](super::stop_socket).
 
 use std::io;
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-use armbridge_shared::link::frame::Encoder;
-use armbridge_shared::link::message::ToBoard;
 use armbridge_shared::link::server::{FromServer, LinkRole, ToServer};
 
 use super::clock::Clock;
 use super::disconnect_guard::Connection;
 use super::open::Opener;
 use super::role::RoleKeeper;
-use super::stop_socket::StopListener;
+use super::stop_socket::{BoardKey, StopRelay};
 use super::{LinkError, LinkOptions, LinkUri, TransportError};
 use crate::Host;
 use crate::servo_bus::Line;
@@ -55,7 +53,7 @@ struct Outage {
 pub(super) fn run<H: Host>(
     uri: &LinkUri,
     options: LinkOptions,
-    mut host: H,
+    host: H,
 ) -> (H, Result<(), LinkError<H::Error>>) {
     let mut driver = LinkDriver {
         uri,
@@ -63,10 +61,10 @@ pub(super) fn run<H: Host>(
         options,
         clock: Clock::start(),
         outage: None,
-        stops: None,
     };
+    let mut host = StopRelay::new(host);
     let result = driver.run(&mut host);
-    (host, result)
+    (host.host, result)
 }
 
 /// Who commands, for a program that does not.
@@ -85,12 +83,10 @@ struct LinkDriver<'a> {
     options: LinkOptions,
     clock: Clock,
     outage: Option<Outage>,
-    /// Stops by other processes, from when the link is open.
-    stops: Option<StopListener>,
 }
 
 impl LinkDriver<'_> {
-    fn run<H: Host>(&mut self, host: &mut H) -> Result<(), LinkError<H::Error>> {
+    fn run<H: Host>(&mut self, host: &mut StopRelay<H>) -> Result<(), LinkError<H::Error>> {
         let mut opener = Opener::new(self.uri);
         let mut line = opener.open();
         // Opening may have waited for another program.
@@ -161,26 +157,23 @@ impl LinkDriver<'_> {
         let until = Instant::now() + RETRY_INTERVAL;
         while Instant::now() < until && !host.is_done() {
             host.transmit(self.clock.now_us())?;
-            if let Some(stops) = &mut self.stops {
-                stops.refuse();
-            }
             std::thread::sleep(WAIT_MAX);
         }
         Ok(host.is_done())
     }
 
-    /// Listens for stops by other processes, once the link is open under this name.
-    fn listen_for_stops(&mut self, name: &LinkUri) {
-        if self.stops.is_some() {
+    /// Listens for orders of other processes, once the link is open under this name.
+    fn listen<H: Host>(&self, name: &LinkUri, host: &mut StopRelay<H>) {
+        let Some(board) = BoardKey::of(name) else {
             return;
-        }
-        match StopListener::open(name) {
-            Ok(stops) => self.stops = stops,
-            Err(error) if !self.options.is_quiet => stdio::note(format_args!(
+        };
+        if let Err(error) = host.listen(&board)
+            && !self.options.is_quiet
+        {
+            stdio::note(format_args!(
                 "armbridge: `armbridge stop` from another terminal cannot reach {name} while this \
                  program has it: {error}"
-            )),
-            Err(_) => {}
+            ));
         }
     }
 
@@ -188,14 +181,14 @@ impl LinkDriver<'_> {
         &mut self,
         line: Box<dyn Line>,
         name: &LinkUri,
-        host: &mut H,
+        host: &mut StopRelay<H>,
     ) -> Result<(), Ended<H::Error>> {
-        self.listen_for_stops(name);
+        self.listen(name, host);
+        host.connected();
         let Self {
             options,
             clock,
             outage,
-            stops,
             uri,
             role,
         } = self;
@@ -208,14 +201,6 @@ impl LinkDriver<'_> {
             connection.send_to_server(&join).map_err(Ended::Broken)?;
         }
         while !host.is_done() {
-            if stops.as_mut().is_some_and(StopListener::is_stop_due)
-                && !host.emergency_stop(clock.now_us())
-            {
-                // An empty frame ends a partial frame in the board's receiver.
-                connection.send(&[0]).map_err(Ended::Broken)?;
-                let stop = Encoder::default().encode(&ToBoard::Stop).1.to_vec();
-                connection.send(&stop).map_err(Ended::Broken)?;
-            }
             let touches = options.touches.iter().flat_map(Receiver::try_iter);
             for touch in touches.filter(|_| role.role().is_some_and(|role| role.is_touchable)) {
                 let touch = ToServer::Touch(touch);
@@ -258,9 +243,6 @@ impl LinkDriver<'_> {
             }
             if outage.take().is_some() && !options.is_quiet {
                 stdio::note(format_args!("armbridge: {uri} is back; nothing is armed"));
-            }
-            if let Some(stops) = stops {
-                stops.receive(&bytes);
             }
             host.receive(clock.now_us(), &bytes).map_err(Ended::Host)?;
         }

@@ -18,8 +18,9 @@ pub use virtual_board::run as drive_board;
 
 use std::sync::mpsc::Receiver;
 
+use armbridge_client::transport::stop_socket::StopRelay;
 use armbridge_client::transport::{self, LinkOptions};
-use armbridge_client::{Host, LinkError, refusal_text};
+use armbridge_client::{Host, LinkError, refusal_text, stdio};
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::Refusal;
 
@@ -48,6 +49,8 @@ pub struct Options {
     pub interactions: Option<Receiver<Interaction>>,
     /// Takes the name of an emulated board's image, and each line that the board logs.
     pub board_log: fn(&str),
+    /// Other programs may stop the board from a second terminal, as they may a real one.
+    pub is_stoppable: bool,
     /// Options of a real link, and the taps.
     pub link: LinkOptions,
 }
@@ -61,6 +64,7 @@ impl Options {
             client: None,
             interactions: None,
             board_log: |_| {},
+            is_stoppable: false,
             link: LinkOptions::default(),
         }
     }
@@ -78,8 +82,31 @@ pub fn drive<H: Host>(
     options: Options,
     host: H,
 ) -> (H, Result<(), LinkError<H::Error>>) {
+    let mut host = StopRelay::new(host);
+    if options.is_stoppable
+        && uri.is_simulated()
+        && let Some(Err(error)) = uri.key().map(|key| host.listen(&key))
+        && !options.link.is_quiet
+    {
+        stdio::note(format_args!(
+            "armbridge: `armbridge stop` from another terminal cannot reach {uri}: {error}"
+        ));
+    }
+    let (host, result) = drive_relayed(uri, options, host);
+    (host.host, result)
+}
+
+fn drive_relayed<H: Host>(
+    uri: &BoardUri,
+    options: Options,
+    host: StopRelay<H>,
+) -> (StopRelay<H>, Result<(), LinkError<H::Error>>) {
     match uri {
-        BoardUri::Link(uri) => transport::drive(uri, options.link, host),
+        // Its driver has a relay.
+        BoardUri::Link(uri) => {
+            let (host, result) = transport::drive(uri, options.link, host.host);
+            (StopRelay::new(host), result)
+        }
         BoardUri::Sim => {
             let mut channels = Channels::new();
             match VirtualBoard::new(channels.split()) {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use armbridge_client::endpoint::{Endpoint, EndpointError};
+use armbridge_client::transport::stop_socket::BoardKey;
 use armbridge_client::transport::{LinkUri, LinkUriError};
 
 /// All forms of a board's URI, for errors and help.
@@ -163,6 +164,16 @@ impl BoardUri {
             Self::Sim => true,
             Self::Emulate(emulator) => emulator.bus.is_none(),
             Self::Link(_) => false,
+        }
+    }
+
+    /// Key by which other programs find its owner; simulated boards of the same kind share
+    /// one.
+    pub fn key(&self) -> Option<BoardKey> {
+        match self {
+            Self::Sim => Some(BoardKey::of_simulation("sim:")),
+            Self::Emulate(_) => Some(BoardKey::of_simulation("emulate:")),
+            Self::Link(link) => BoardKey::of(link),
         }
     }
 

@@ -38,6 +38,7 @@ impl Staging<'_> {
         options.pace = self.pace;
         options.link.patience = self.config.patience();
         options.link.is_quiet = self.is_quiet;
+        options.is_stoppable = true;
         if !self.is_silent {
             options.board_log = |line| stdio::note(format_args!("board: {line}"));
         }

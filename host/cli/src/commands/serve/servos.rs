@@ -1,7 +1,5 @@
 //! `armbridge serve servos`: the virtual servos in wall-clock time.
 
-use std::process::ExitCode;
-
 use armbridge_client::endpoint::Endpoint;
 use armbridge_client::stdio;
 use armbridge_client::transport::LinkUri;
@@ -205,7 +203,7 @@ fn on_pty(args: &ServosArgs, who: &str, bench: &mut WallClockBench) -> Outcome {
     stdio::print_line(pty.name())?;
     let baud = move || Pty::baud(&ours);
     bench.serve(pty.controller()?, pty.controller()?, baud, args.echo)?;
-    Ok(ExitCode::SUCCESS)
+    Ok(std::process::ExitCode::SUCCESS)
 }
 
 #[cfg(not(unix))]

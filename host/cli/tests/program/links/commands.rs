@@ -130,7 +130,6 @@ fn a_second_host_watches_and_stops_and_does_not_command() {
     for (command, code, words) in [
         (["status"].as_slice(), 0, "RUNNING"),
         (&["params", "limits"], 0, "limits.hold_ms"),
-        (&["disarm"], 2, "end that program first"),
         (&["arm", "--for", "1"], 2, "end that program first"),
         (
             &["params", "limits.hold_ms=70"],

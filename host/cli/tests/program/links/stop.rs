@@ -4,30 +4,37 @@ use std::time::Duration;
 
 use armbridge_client::Host;
 use armbridge_client::session::{ChannelHost, Request};
-use armbridge_client::transport::stop_socket::{self, StopAnswer};
+use armbridge_client::transport::stop_socket::{self, Answer, BoardKey, Order};
 use armbridge_client::transport::{LinkUri, drive};
 use armbridge_shared::link::message::{Command, Drive, Fault, Mode, StopSource};
 use armbridge_tests::channel_host::{Manned, options};
-use armbridge_tests::served_board::Served;
+use armbridge_tests::served_board::{Served, until};
 
-use super::program::{assert_ends, run, spawn};
+use super::program::{Terminals, assert_ends, run, signal, spawn};
 
 const STOPPED: Mode = Mode::Fault(Fault::EmergencyStop(StopSource::Host));
 /// Longest time from a request to torque off, in simulated µs.
 const STOP_US: u64 = 100_000;
 
-/// The owner's answer, once its socket is there.
-fn ask(link: &LinkUri) -> StopAnswer {
-    let mut answer = None;
-    armbridge_tests::served_board::until("the socket is there", || {
-        answer = stop_socket::ask(link);
-        answer.is_some()
-    });
-    answer.unwrap()
+/// The answers of the owners.
+fn answers(link: &LinkUri, order: Order) -> Vec<Answer> {
+    let asked = stop_socket::ask(BoardKey::of(link).as_ref(), order);
+    asked.into_iter().map(|asked| asked.answer).collect()
 }
 
-fn stopped() -> StopAnswer {
-    StopAnswer::Stopped("emergency_stop_host".into())
+/// The owner's answer, once its socket is there.
+fn ask(link: &LinkUri, order: Order) -> Answer {
+    let mut all = Vec::new();
+    until("the socket is there", || {
+        all = answers(link, order);
+        !all.is_empty()
+    });
+    assert_eq!(all.len(), 1);
+    all.remove(0)
+}
+
+fn stopped() -> Answer {
+    Answer::Stopped("emergency_stop_host".into())
 }
 
 #[test]
@@ -36,7 +43,7 @@ fn a_second_terminal_stops_within_100_ms() {
     let owner = Manned::on(&board.link, Duration::ZERO);
     owner.hold(&board);
     let asked_us = board.seen().now_us;
-    assert_eq!(ask(&board.link), stopped());
+    assert_eq!(ask(&board.link, Order::Stop), stopped());
     // The answer comes after the board's report.
     let took_us = board.seen().now_us - asked_us;
     println!("stopped and reported after {took_us} us");
@@ -56,7 +63,7 @@ fn every_program_that_has_the_link_stops() {
         let owner = spawn(&board.link, args);
         board.until("motors may be on", |seen| seen.mode.is_armed());
         let output = run(&board.link, &["stop"]);
-        let by_owner = "stopped by the program that has pty:///dev/pts/";
+        let by_owner = "stopped by the program that has /dev/pts/";
         assert_ends(&output, 0, by_owner);
         assert_ends(&output, 0, "the board reports emergency_stop_host");
         board.until_off();
@@ -106,7 +113,10 @@ fn a_host_without_a_stop_of_its_own_is_stopped_too() {
     let hold = Request::Command(Command::Regulate([0.0; 2]));
     controls.request(hold).unwrap();
     board.until("held", |seen| seen.mode.drive() == Some(Drive::Regulate));
-    assert_eq!(ask(&board.link), stopped());
+    assert_eq!(ask(&board.link, Order::Disarm), Answer::Disarmed);
+    board.until_off();
+    assert_eq!(board.seen().mode, Mode::Idle);
+    assert_eq!(ask(&board.link, Order::Stop), stopped());
     board.until("stopped", |seen| seen.mode == STOPPED);
     controls.request(Request::Leave).unwrap();
     assert!(thread.join().unwrap());
@@ -120,7 +130,7 @@ fn a_socket_that_is_left_behind_is_in_nobodys_way() {
         board.until("armed", |seen| seen.mode == Mode::Armed);
         owner.kill().unwrap();
         owner.wait().unwrap();
-        assert_eq!(stop_socket::ask(&board.link), None);
+        assert_eq!(answers(&board.link, Order::Stop), []);
         assert_ends(&run(&board.link, &["stop"]), 0, "stopped: emergency stop");
         assert_ends(
             &run(&board.link, &["clear"]),
@@ -131,7 +141,7 @@ fn a_socket_that_is_left_behind_is_in_nobodys_way() {
     // And its name is taken again.
     let owner = Manned::on(&board.link, Duration::ZERO);
     owner.hold(&board);
-    assert_eq!(ask(&board.link), stopped());
+    assert_eq!(ask(&board.link, Order::Stop), stopped());
 }
 
 #[test]
@@ -140,7 +150,7 @@ fn where_nothing_can_be_stopped_the_error_says_what_else_to_do() {
         assert_ends(
             &run(&link, &["stop"]),
             2,
-            "nothing was stopped: use the stop switch",
+            "use the stop switch at the board, or the switch of the servos' supply",
         );
     }
     // Another program has it, which is none of ours.
@@ -151,4 +161,136 @@ fn where_nothing_can_be_stopped_the_error_says_what_else_to_do() {
     let output = run(&link, &["stop"]);
     assert_ends(&output, 2, "in use by another program");
     assert_ends(&output, 2, "or the switch of the servos' supply");
+}
+
+/// A program on a link of every kind, with the one line of a stop in another terminal.
+#[test]
+fn a_stop_without_a_link_stops_what_is_running_and_names_it() {
+    let terminals = Terminals::new("stop-all");
+    for (served, scheme) in [
+        ("pty:", "pty://"),
+        ("pty:", "serial://"),
+        ("tcp://127.0.0.1:0", ""),
+    ] {
+        let board = Served::on(served);
+        let link = match &board.link {
+            LinkUri::Pty(Some(path)) => format!("{scheme}{}", path.display()),
+            link => link.to_string(),
+        };
+        let owner = terminals.spawn(&["arm", "--quiet", "--link", &link]);
+        board.until("armed", |seen| seen.mode == Mode::Armed);
+        let output = terminals.run(&["stop"]);
+        let name = link.rsplit("//").next().unwrap();
+        assert_ends(&output, 0, &format!("{name} (process {})", owner.id()));
+        assert_ends(&output, 0, "the board reports emergency_stop_host");
+        board.until("stopped", |seen| seen.mode == STOPPED);
+        board.until_off();
+        assert_ends(&owner.wait_with_output().unwrap(), 1, "stop");
+    }
+}
+
+/// The case that was found: a simulated run went on, and a board made for the stop was stopped.
+#[test]
+fn a_simulated_run_in_another_terminal_is_stopped_and_no_other_board_is_made() {
+    let terminals = Terminals::new("stop-sim");
+    for args in [&["stop"][..], &["stop", "--link", "sim:"], &["disarm"]] {
+        let output = terminals.run(args);
+        assert_ends(&output, 2, "NOTHING WAS ");
+        assert_ends(&output, 2, "the switch of the servos' supply");
+        assert!(output.stdout.is_empty());
+    }
+    assert_ends(&terminals.run(&["clear"]), 2, "give its --link");
+    for (args, code, words) in [
+        (["stop"].as_slice(), 1, "FAULT emergency_stop_host"),
+        (&["stop", "--link", "sim:"], 1, "FAULT emergency_stop_host"),
+        (&["disarm"], 2, "another program disarmed the board"),
+    ] {
+        let owner = terminals.spawn(&["run", "upright", "--pace", "real"]);
+        until("the run has begun", || terminals.logged_bytes() > 100_000);
+        let output = terminals.run(args);
+        assert_ends(&output, 0, &format!("sim: (process {})", owner.id()));
+        assert_ends(&owner.wait_with_output().unwrap(), code, words);
+        terminals.forget_runs();
+    }
+}
+
+#[test]
+fn a_program_that_hangs_is_named_and_the_switch_too() {
+    let terminals = Terminals::new("stop-frozen");
+    let board = Served::on("pty:");
+    let link = board.link.to_string();
+    let owner = terminals.spawn(&["arm", "--quiet", "--link", &link]);
+    board.until("armed", |seen| seen.mode == Mode::Armed);
+    signal(&owner, "STOP");
+    let output = terminals.run(&["stop"]);
+    assert_ends(&output, 2, "NOTHING WAS STOPPED: /dev/pts/");
+    let process = format!("is in use by process {}: it does not answer", owner.id());
+    assert_ends(&output, 2, &process);
+    assert_ends(&output, 2, "use the stop switch at the board");
+    // By itself, since its host is silent.
+    board.until_off();
+    signal(&owner, "CONT");
+    assert!(owner.wait_with_output().unwrap().status.code().is_some());
+}
+
+#[test]
+fn disarm_in_another_terminal_is_no_fault() {
+    let terminals = Terminals::new("disarm-all");
+    for served in ["pty:", "tcp://127.0.0.1:0"] {
+        let board = Served::on(served);
+        let link = board.link.to_string();
+        let owner = terminals.spawn(&["arm", "--quiet", "--link", &link]);
+        board.until("armed", |seen| seen.mode == Mode::Armed);
+        assert_ends(
+            &terminals.run(&["disarm"]),
+            0,
+            "disarmed by the program that has",
+        );
+        board.until_off();
+        assert_eq!(board.seen().mode, Mode::Idle, "no fault");
+        assert_ends(
+            &owner.wait_with_output().unwrap(),
+            2,
+            "another program disarmed",
+        );
+    }
+}
+
+/// Where no socket can be made the program says so, and a stop that nothing was reached.
+#[test]
+fn a_folder_that_cannot_be_had_is_said_at_both_ends() {
+    let terminals = Terminals::new("stop-no-folder");
+    std::fs::remove_dir_all(terminals.sockets()).unwrap();
+    std::fs::write(terminals.sockets(), "no folder").unwrap();
+    let board = Served::on("pty:");
+    let link = board.link.to_string();
+    let owner = terminals.spawn(&["arm", "--for", "1", "--link", &link]);
+    board.until("armed", |seen| seen.mode == Mode::Armed);
+    assert_ends(&terminals.run(&["stop"]), 2, "NOTHING WAS STOPPED");
+    let output = owner.wait_with_output().unwrap();
+    assert_ends(
+        &output,
+        0,
+        "`armbridge stop` from another terminal cannot reach",
+    );
+}
+
+/// A board that reports nothing any more is not said to be armed for ever.
+#[test]
+fn a_board_that_falls_silent_ends_the_program() {
+    use std::io::{BufRead, BufReader};
+
+    let terminals = Terminals::new("silent-board");
+    let mut server = terminals.spawn(&["serve", "board", "--listen", "pty:"]);
+    let mut lines = BufReader::new(server.stderr.take().unwrap()).lines();
+    let line = lines.next().unwrap().unwrap();
+    let link = line.split([' ', ';']).find(|word| word.starts_with("pty:"));
+    let mut owner = terminals.spawn(&["arm", "--link", link.unwrap()]);
+    let mut notes = BufReader::new(owner.stderr.take().unwrap()).lines();
+    assert!(notes.next().unwrap().unwrap().contains("armed for 0 s"));
+    signal(&server, "STOP");
+    let output = owner.wait_with_output().unwrap();
+    assert_ends(&output, 1, "MOTORS MAY BE ON");
+    server.kill().unwrap();
+    server.wait().unwrap();
 }
