@@ -183,7 +183,11 @@ pub(crate) const GATE: &[Step] = &[
     board_lines(
         "windows",
         "the program compiles for Windows, without warnings",
-        &["clippy --package armbridge --target x86_64-pc-windows-gnu -- -D warnings"],
+        // What Windows lacks is left out there, and has the interface of the others.
+        &[
+            "clippy --package armbridge --target x86_64-pc-windows-gnu -- -D warnings \
+             -A clippy::unnecessary_wraps -A clippy::unused_self",
+        ],
     ),
     step(
         Lane::Board,
