@@ -163,7 +163,7 @@ impl Bench {
     }
 
     /// Puts bytes of a second master on the wire, back to back, from `now_us`.
-    pub(crate) fn send_foreign(&mut self, now_us: u64, bytes: &[u8], baud: u32) {
+    pub fn send_foreign(&mut self, now_us: u64, bytes: &[u8], baud: u32) {
         let byte_ns = BITS * bit_ns(baud);
         for (start_ns, byte) in (now_us * 1_000..).step_by(byte_ns as usize).zip(bytes) {
             self.wire.send_foreign(start_ns, *byte, baud);

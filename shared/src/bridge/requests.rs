@@ -35,8 +35,7 @@ where
             }
         }
         if has_left {
-            // Never refused.
-            let _ = self.apply(Event::Disarm);
+            self.disarm();
         }
     }
 
@@ -52,16 +51,22 @@ where
         }
         if signals.hello {
             if signals.goodbye {
-                // Never refused.
-                let _ = self.apply(Event::Disarm);
+                self.disarm();
             }
             self.begin_session();
         }
         signals.goodbye && !signals.hello
     }
 
-    /// Takes a hello of the host.
+    /// Disarms, which is never refused; where nothing is armed the motors are told off again.
+    fn disarm(&mut self) {
+        let _ = self.apply(Event::Disarm);
+        self.sequencer.repeat_off();
+    }
+
+    /// Takes a hello of the host, which disarms.
     fn begin_session(&mut self) {
+        self.sequencer.repeat_off();
         self.core.begin_session();
         self.apply_core_actions();
         let _ = self
@@ -103,6 +108,9 @@ where
         let is_stock = self.sequencer.firmware() == Firmware::Stock;
         let prepares = matches!(command, ValidatedCommand::Prepare) && !bus.is_prepared;
         let restores = matches!(command, ValidatedCommand::Release) && is_stock;
+        if matches!(command, ValidatedCommand::Idle) {
+            self.sequencer.repeat_off();
+        }
         let result = self.core.command(command, bus);
         self.apply_core_actions();
         if result.is_ok() && prepares {
@@ -126,13 +134,16 @@ where
     }
 
     /// Stops in an emergency: the stop sequence begins when the exchange under way is over,
-    /// within a tick. A repeated stop of the host begins it again.
+    /// within a tick. A repeated stop of the host begins it again; a switch that is held, or
+    /// garbage that goes on, has the order repeated by the ticks.
     pub fn emergency_stop(&mut self, source: StopSource) {
         let is_again = self.core.state() == State::Fault;
         self.trip(Violation::plain(Fault::EmergencyStop(source)));
         self.supply.stop();
-        if is_again && source == StopSource::Host {
-            self.sequencer.force_off(self.core.now_us());
+        match source {
+            _ if !is_again => {}
+            StopSource::Host => self.sequencer.force_off(self.core.now_us()),
+            StopSource::Pin | StopSource::Flood => self.sequencer.repeat_off(),
         }
     }
 }

@@ -45,7 +45,7 @@ where
     /// wedged, and accepts only one kind of packet. A silent stock servo may be inside a
     /// packet that was cut off, and receives the first packet after its end: each tick has one.
     fn off_exchange(&self, tick: u32, dropouts: &Dropouts) -> Transaction {
-        if self.off.is_off() {
+        if !self.off.is_order_due() {
             return Transaction::Drive([Pwm::OFF; JOINTS]);
         }
         let turn = tick % (WEDGED_TICKS * JOINTS as u32);

@@ -13,6 +13,11 @@
 //! servo's PWM only the low byte can be read, so that its read-back counts together
 //! with the two before it, and every tick continues to command it off.
 //!
+//! Off ages: a stock servo is read back again every [`RECHECK_US`] for as long as it has to be
+//! off, since another master on the bus may switch it on. Whatever such a master does is seen
+//! within [`RECHECK_US`] and a tick for each joint, and undone by the next tick. A Morpheus
+//! servo is commanded off in every tick, which is sooner.
+//!
 //! Evidence is discarded once a servo has been silent for [`SILENT_TICKS`], and again
 //! when it answers: the wire or the servo may have come back. Until all is collected the
 //! stop sequence is repeated, [`REPEAT_US`] after its end, and after [`SLOW_AFTER_US`] less
@@ -50,6 +55,13 @@ const SLOW_AFTER_US: u64 = 3_000_000;
 const SLOW_FACTOR: u64 = 5;
 /// Ticks without a reply after which a servo is out of reach.
 const SILENT_TICKS: u32 = 3;
+/// Age in µs at which a stock servo's read-back is repeated: with a tick and a stop at 45 ms
+/// within 100 ms, and a twentieth of the bus at 1 Mbaud.
+const RECHECK_US: u64 = 40_000;
+/// Repeated read-backs in a row without a reply after which a motor is no longer known to be off.
+const MISSED_MAX: u8 = 3;
+/// Ticks that command a stock servo off although it is known to be, after a repeated order.
+const REPEAT_TICKS: u8 = 2;
 /// Time in µs after which the host gets a report even if evidence is missing.
 const REPORT_US: u64 = 300_000;
 
@@ -61,8 +73,27 @@ enum Evidence {
     Commanded,
     /// The servo has answered a ping since.
     Answering,
-    /// Its registers read back as off, too.
-    Off,
+    /// Its registers read back as off, too, at this time in µs, and so many repetitions have
+    /// had no reply since; without a time it does not age.
+    Off { read_us: Option<u64>, missed: u8 },
+}
+
+impl Evidence {
+    fn is_off(self) -> bool {
+        matches!(self, Self::Off { .. })
+    }
+
+    /// The check that is due now.
+    fn check(self, now_us: u64) -> Option<CheckKind> {
+        match self {
+            Self::Commanded => Some(CheckKind::Ping),
+            Self::Answering => Some(CheckKind::ReadBack),
+            Self::Off { read_us, .. } => {
+                let age_us = now_us.saturating_sub(read_us?);
+                (age_us >= RECHECK_US).then_some(CheckKind::ReadBack)
+            }
+        }
+    }
 }
 
 /// A query to one servo that adds to the evidence.
@@ -98,6 +129,8 @@ pub(super) struct ForceOff {
     is_checked: bool,
     /// The joint that is checked next, if a check is due.
     next_joint: usize,
+    /// Ticks that are to command the motors off, whatever is known.
+    orders: u8,
     /// A report to the host is due, and the last report.
     is_reported: bool,
     reported: Option<[OffState; JOINTS]>,
@@ -124,7 +157,7 @@ impl ForceOff {
     pub(super) fn is_stop_due(&self, now_us: u64) -> bool {
         let has_had_checks = self.is_reported || self.ticks >= STOP_DELAY_TICKS;
         let is_late = now_us >= self.next_stop_us && has_had_checks;
-        is_late && !self.is_off() && self.next_check().is_none()
+        is_late && !self.is_off() && self.next_check(now_us).is_none()
     }
 
     /// Notes that a stop sequence has ended now.
@@ -143,6 +176,7 @@ impl ForceOff {
     pub(super) fn note_tick(&mut self, now_us: u64, samples: [Sample; JOINTS]) {
         (self.is_commanded, self.is_checked) = (true, false);
         self.ticks = self.ticks.saturating_add(1);
+        self.orders = self.orders.saturating_sub(1);
         let joints = self.joints.iter_mut().zip(&mut self.silent_ticks);
         for ((evidence, silent_ticks), sample) in joints.zip(samples) {
             let was_silent = *silent_ticks >= SILENT_TICKS;
@@ -158,25 +192,22 @@ impl ForceOff {
         }
     }
 
-    /// The next check, at most one a tick.
-    pub(super) fn next_check(&self) -> Option<OffCheck> {
+    /// The next check, at most one a tick; where ticks are rare, one for each joint that is
+    /// known to be off.
+    pub(super) fn next_check(&self, now_us: u64) -> Option<OffCheck> {
         if self.is_checked || !self.is_commanded {
             return None;
         }
         (0..JOINTS).find_map(|step| {
             let joint = (self.next_joint + step) % JOINTS;
-            let kind = match self.joints.get(joint)? {
-                Evidence::Commanded => CheckKind::Ping,
-                Evidence::Answering => CheckKind::ReadBack,
-                Evidence::Off => return None,
-            };
+            let kind = self.joints.get(joint)?.check(now_us)?;
             Some(OffCheck { joint, kind })
         })
     }
 
     /// Notes that the check has been sent, this time before the next tick.
     pub(super) fn note_sent(&mut self, check: OffCheck, now_us: u64, left_us: u64) {
-        self.is_checked = true;
+        self.is_checked = !(self.is_off() && left_us > RARE_US);
         let is_silent = self.silent_ticks.iter().any(|silent| *silent > 0);
         if is_silent && left_us > RARE_US && !self.is_old(now_us) {
             self.next_stop_us = now_us;
@@ -200,15 +231,25 @@ impl ForceOff {
         *evidence = match (check.kind, data) {
             (_, None) => {
                 self.next_joint = check.joint + 1;
-                Evidence::Commanded
+                match *evidence {
+                    Evidence::Off { read_us, missed } if missed < MISSED_MAX => Evidence::Off {
+                        read_us,
+                        missed: missed + 1,
+                    },
+                    _ => Evidence::Commanded,
+                }
             }
             (CheckKind::Ping, Some(data)) if firmware.is_pong(data) => Evidence::Answering,
             (CheckKind::Ping, Some(_)) => Evidence::Commanded,
             (CheckKind::ReadBack, Some(data)) => match firmware.decode_off(data) {
-                Some(true) => Evidence::Off,
+                Some(true) => Evidence::Off {
+                    read_us: (firmware == Firmware::Stock).then_some(now_us),
+                    missed: 0,
+                },
                 Some(false) => {
                     self.next_stop_us = now_us;
-                    Evidence::Commanded
+                    // What has set this one on may have set the others on too.
+                    return self.discard_evidence();
                 }
                 None => Evidence::Commanded,
             },
@@ -217,7 +258,7 @@ impl ForceOff {
 
     /// Whether every servo is confirmed off, and has answered since.
     pub(super) fn is_off(&self) -> bool {
-        self.joints == [Evidence::Off; JOINTS]
+        self.joints.iter().all(|evidence| evidence.is_off())
     }
 
     /// Whether the stop has concluded: each motor is confirmed off, or the host has a
@@ -237,6 +278,31 @@ impl ForceOff {
             reported: self.reported,
             ..Self::default()
         };
+    }
+
+    /// Repeats the order, as whatever asks to be off has it: the next ticks command the motors
+    /// off, and those that are known to be off are read back again.
+    pub(super) fn repeat(&mut self) {
+        // A switch that is held asks in every tick.
+        if self.orders > 0 {
+            return;
+        }
+        self.orders = REPEAT_TICKS;
+        for evidence in &mut self.joints {
+            if let Evidence::Off {
+                read_us: Some(read_us),
+                ..
+            } = evidence
+            {
+                *read_us = 0;
+            }
+        }
+    }
+
+    /// Whether a tick has to command the motors off: one of them is not known to be, or
+    /// the order was repeated.
+    pub(super) fn is_order_due(&self) -> bool {
+        self.orders > 0 || !self.is_off()
     }
 
     /// Discards all evidence: the servos may have changed meanwhile.
@@ -266,7 +332,7 @@ impl ForceOff {
         let known = self.joints.iter().zip(self.silent_ticks);
         for (state, (evidence, silent_ticks)) in joints.iter_mut().zip(known) {
             *state = match evidence {
-                Evidence::Off => OffState::Off,
+                Evidence::Off { .. } => OffState::Off,
                 _ if silent_ticks >= SILENT_TICKS => OffState::OutOfReach,
                 _ => OffState::Unconfirmed,
             };

@@ -64,7 +64,7 @@ where
         if self.state != State::ForceOff {
             return false;
         }
-        let Some(check) = self.off.next_check() else {
+        let Some(check) = self.off.next_check(self.now_us) else {
             return false;
         };
         let Some(servo) = self.ids.get(check.joint).copied() else {

@@ -260,6 +260,14 @@ where
         self.plan_stops();
     }
 
+    /// Repeats the order that motors are off, where they have to be: the ticks give it again,
+    /// and read back what they have done.
+    pub fn repeat_off(&mut self) {
+        if self.state == State::ForceOff {
+            self.off.repeat();
+        }
+    }
+
     /// Plans stops at the speed in use; and, if a client has had the bus since motors were
     /// confirmed off, at each speed that it has used or may have set the servos to.
     fn plan_stops(&mut self) {
@@ -327,7 +335,7 @@ where
     /// tick does no harm, and on a slow bus ticks may leave no idle slot.
     pub fn is_check_due(&self) -> bool {
         let is_off = self.state == State::ForceOff && self.permission == BusPermission::Off;
-        is_off && self.off.next_check().is_some()
+        is_off && self.off.next_check(self.now_us).is_some()
     }
 
     /// Whether planned stops are under way or to be sent.

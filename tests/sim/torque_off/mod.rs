@@ -11,6 +11,7 @@
 //! | `age`         | those whose command is old, though the host is alive        |
 //! | `clearing`    | those of a host that stops and clears in one write          |
 //! | `resets`      | those of an arm of which a stock servo was reset            |
+//! | `foreign_master` | those that another master on the bus sets on             |
 //! | `memory`      | all, when a bit of state or drive command has turned        |
 //!
 //! The rig, its two users and the scenarios that the emulated board shares are in
@@ -20,6 +21,7 @@
 mod age;
 mod arming;
 mod clearing;
+mod foreign_master;
 mod memory;
 mod outages;
 mod passthrough;

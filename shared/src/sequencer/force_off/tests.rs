@@ -12,7 +12,7 @@ const ON: [u8; 2] = [1, 0xDC];
 /// Runs a tick, and answers the check after it, if there is one.
 fn tick(off: &mut ForceOff, now_us: u64, samples: [Sample; JOINTS], read_back: &[u8]) {
     off.note_tick(now_us, samples);
-    if let Some(check) = off.next_check() {
+    if let Some(check) = off.next_check(now_us) {
         off.note_sent(check, now_us, 0);
         let data: &[u8] = match check.kind {
             CheckKind::Ping => &[1],
@@ -20,7 +20,7 @@ fn tick(off: &mut ForceOff, now_us: u64, samples: [Sample; JOINTS], read_back: &
         };
         off.note_reply(check, Firmware::Morpheus, Some(data), now_us);
     }
-    assert_eq!(off.next_check(), None, "one a tick");
+    assert_eq!(off.next_check(now_us), None, "one a tick");
 }
 
 /// Runs a tick, after which no servo answers a check in the time that is left.
@@ -30,7 +30,7 @@ fn deaf_tick(off: &mut ForceOff, now_us: u64, samples: [Sample; JOINTS], left_us
         !off.is_stop_due(now_us + 1_000_000),
         "the check comes first"
     );
-    let check = off.next_check().unwrap();
+    let check = off.next_check(now_us).unwrap();
     off.note_sent(check, now_us, left_us);
     off.note_reply(check, Firmware::Morpheus, None, now_us);
 }
