@@ -2,12 +2,17 @@
 
 use armbridge_client::Host;
 use armbridge_shared::bridge::Channels;
-use armbridge_shared::link::message::{Command, Guards, Limits, Record, Refusal, SettingsFrom};
+use armbridge_shared::link::message::{
+    Command, Guards, Limits, Record, Refusal, SettingsFrom, Setup, ToHost,
+};
+use armbridge_shared::servo::Firmware;
 use armbridge_sim::board::{Flash, VirtualBoard, blank_flash};
 use armbridge_sim::cosim::Cosim;
+use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::command_host::{
     CommandHost, Received, Request, SAVE, bench, configure, period_us,
 };
+use armbridge_tests::torque_off::rig::{self as torque_off, World, with_rig};
 
 /// Switches a board on with this flash, sends these commands, and switches it off.
 fn live(flash: &mut Flash, requests: impl IntoIterator<Item = Request>) -> Received {
@@ -135,4 +140,32 @@ fn a_full_flash_says_so_until_a_reset() {
     let received = live(&mut flash, [limit(0.15), SAVE]);
     assert_eq!(received.settings, Some(SettingsFrom::Saved));
     assert_eq!(received.answers, [Ok(()); 2]);
+}
+
+/// In one write, the second with a number that the tick refuses: the first is in force, and
+/// is what the board reports.
+#[test]
+fn of_two_set_ups_in_one_write_the_one_in_force_is_reported() {
+    let bench = torque_off::bench(&PlantConfig::default(), Firmware::Morpheus);
+    with_rig(World::Bench, bench, |rig| {
+        let since = rig.host().messages.len();
+        let setup = |period_us| Setup {
+            period_us,
+            ..Setup::default()
+        };
+        let [first, second] = [2_000, 5_000]
+            .map(|period_us| rig.host().command(Command::Configure(setup(period_us))));
+        rig.pass_ms(100);
+        assert_eq!(rig.cosim.host.answer(since, first), Some(Ok(())));
+        let answer = rig.cosim.host.answer(since, second);
+        assert_eq!(answer, Some(Err(Refusal::Busy)));
+        let settings = |(_, message): &(u64, ToHost)| match message {
+            ToHost::Settings(settings) => Some(settings.setup.period_us),
+            _ => None,
+        };
+        let mut reported = rig.cosim.host.messages[since..].iter().filter_map(settings);
+        assert_eq!(reported.next_back(), Some(2_000));
+        // And the next one is taken.
+        assert_eq!(rig.command_once(Command::Configure(setup(4_000))), Ok(()));
+    });
 }

@@ -81,6 +81,15 @@ enum Saving {
     Writing,
 }
 
+/// Puts this into a place; whether that was taken.
+fn put<T>(place: &mut Option<T>, value: T) -> bool {
+    let is_taken = place.is_some();
+    if !is_taken {
+        *place = Some(value);
+    }
+    is_taken
+}
+
 impl<'a> LinkPort<'a> {
     /// A port in its initial state, of a board with this report and these settings.
     /// The report's session counts resets.
@@ -181,6 +190,8 @@ impl<'a> LinkPort<'a> {
                         self.conclude_offer(sequence, result);
                     }
                 }
+                // The tick takes no earlier request any more.
+                self.offered = Offered::default();
                 if self.is_greeted {
                     // The tick reports the servos.
                     self.end.hello();
@@ -209,9 +220,8 @@ impl<'a> LinkPort<'a> {
                     _ => None,
                 };
                 let validated = validate(command, self.report.session, self.arm_refusal());
-                if validated.is_ok() {
-                    self.offer(sequence, command);
-                }
+                let validated = validated
+                    .and_then(|validated| self.offer(sequence, command).map(|()| validated));
                 self.request(sequence, validated);
             }
         }
@@ -240,14 +250,16 @@ impl<'a> LinkPort<'a> {
         is_newer
     }
 
-    /// Stores the settings that come into force if the tick accepts them.
-    fn offer(&mut self, sequence: u16, command: Command) {
-        match command {
-            Command::Configure(setup) => self.offered.setup = Some((sequence, setup)),
-            Command::Limit(limits) => self.offered.limits = Some((sequence, limits)),
-            Command::Save => self.saving = Some((sequence, Saving::Requested)),
-            _ => {}
-        }
+    /// Stores the settings that come into force if the tick accepts them. Refused while the
+    /// tick has not answered to others of the kind: it would not be known which are in force.
+    fn offer(&mut self, sequence: u16, command: Command) -> Result<(), Refusal> {
+        let is_busy = match command {
+            Command::Configure(setup) => put(&mut self.offered.setup, (sequence, setup)),
+            Command::Limit(limits) => put(&mut self.offered.limits, (sequence, limits)),
+            Command::Save => put(&mut self.saving, (sequence, Saving::Requested)),
+            _ => false,
+        };
+        if is_busy { Err(Refusal::Busy) } else { Ok(()) }
     }
 
     /// Takes the tick's answer to offered settings.
@@ -296,6 +308,8 @@ impl<'a> LinkPort<'a> {
     fn request(&mut self, sequence: u16, command: Result<ValidatedCommand, Refusal>) {
         let sent = command.and_then(|command| self.end.request(sequence, command));
         if let Err(refusal) = sent {
+            self.conclude_offer(sequence, Err(refusal));
+            self.saving.take_if(|(saving, _)| *saving == sequence);
             self.answer = Some((sequence, Err(refusal)));
         }
     }
