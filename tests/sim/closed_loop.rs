@@ -259,3 +259,28 @@ fn a_joint_is_braked_before_its_limit_and_let_go_if_it_is_pushed_on() {
     let braked_ms = 1 + braked.count();
     assert!((500..1_000).contains(&braked_ms), "{braked_ms} ms");
 }
+
+/// A hand or a stop holds the arm aside, where its weight would turn it: with motors off the
+/// speed of an arm at rest is none.
+#[test]
+fn an_idle_arm_that_is_held_aside_has_no_speed() {
+    let mut channels = Channels::new();
+    let script = Script {
+        commands: Vec::new(),
+        ..upright(Setup::default(), 3.0)
+    };
+    let mut held = plant([0.3, -0.3], true);
+    held.stops_rad = [[-0.3, 0.3]; 2];
+    let mut run = bench_run(&mut channels, held, 1, script);
+    while run.now_us() < 2_500_000 {
+        run.step().unwrap();
+    }
+    let records = run.host.into_parts().0;
+    let last = &records[records.len() - 500..];
+    assert!(last.iter().all(|record| record.mode.drive().is_none()));
+    for joint in 0..2 {
+        let sum: f32 = last.iter().map(|record| record.speed_rad_s[joint]).sum();
+        let mean = sum / last.len() as f32;
+        assert!(mean.abs() < 0.02, "joint {joint}: {mean} rad/s");
+    }
+}

@@ -184,3 +184,18 @@ fn other_settings_are_answered_open_loop() {
         assert!(joint.torque_difference_max_nm > 0.0);
     }
 }
+
+#[test]
+fn changed_limits_are_named_and_equal_ones_too() {
+    let events = demo();
+    for (torque_nm, words) in [
+        (0.1, "with limits.torque_nm=[0.1, 0.1]"),
+        (1.25, "with the recorded settings"),
+    ] {
+        let value = toml::Value::Array(vec![toml::Value::Float(torque_nm); 2]);
+        let pairs = vec![("limits.torque_nm".to_owned(), value)];
+        let report = replay_with(&events, Changes::new(toml::Table::new(), pairs));
+        let text = report.what_if.unwrap().to_string();
+        assert!(text.starts_with(words), "{text}");
+    }
+}

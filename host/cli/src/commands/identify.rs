@@ -277,15 +277,17 @@ fn load(logs: &[Option<&Path>]) -> Result<Loaded, Error> {
     }
 }
 
-/// Checks that two boards have the same model of the arm.
+/// Checks that two boards have the same model of the arm and the same period.
 fn check_same_model(one: &Settings, other: &Settings) -> Result<(), Error> {
-    let model = |settings: &Settings| {
-        let setup = settings.setup;
-        (setup.joints, setup.arm, setup.period_us)
-    };
-    if model(one) == model(other) {
-        Ok(())
+    let (one, other) = (&one.setup, &other.setup);
+    let what = if one.period_us != other.period_us {
+        format!("periods, {} and {} µs", one.period_us, other.period_us)
+    } else if one.joints != other.joints {
+        "calibrations or actuators of the joints".into()
+    } else if one.arm != other.arm {
+        "models of the arm".into()
     } else {
-        Err("the boards of these logs have different models of the arm; fit them one by one".into())
-    }
+        return Ok(());
+    };
+    Err(format!("the boards of these logs have different {what}; fit them one by one").into())
 }

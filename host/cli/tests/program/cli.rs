@@ -96,6 +96,13 @@ fn a_campaign_repeats_and_a_seed_is_told() {
         "{open}"
     );
 
+    let detected = program.run(&["fault-campaign", "--seed", "17"]);
+    let detected = text(&detected.stdout);
+    assert!(
+        detected.contains("detected after ") && !detected.contains("Some("),
+        "{detected}"
+    );
+
     let story = program.run(&["fault-campaign", "--seed", "114"]);
     assert_eq!(story.status.code(), Some(0));
     let story = text(&story.stdout);

@@ -284,3 +284,42 @@ fn pushes_without_setpoints_have_a_heading() {
     let heading = lines[push.expect(&printed) - 1];
     assert!(heading.contains("within 20 mrad after"), "{printed}");
 }
+
+/// A joint that does not rest has no error at rest, and a fault that comes before its limit is
+/// not told as one beyond it.
+#[test]
+fn a_joint_that_does_not_rest_has_no_error_at_rest() {
+    let program = Program::new("not-at-rest");
+    let output = program.run(&["run", "upright", "--duration", "0.64"]);
+    let printed = text(&output.stdout);
+    assert!(
+        printed.contains("never   never               –     – mrad"),
+        "{printed}"
+    );
+}
+
+#[test]
+fn logs_of_different_periods_are_not_called_different_arms() {
+    let program = Program::new("fit-of-two-periods");
+    for (folder, period_us) in [("one", "1000"), ("two", "2000")] {
+        let set = format!("setup.period_us={period_us}");
+        let args = [
+            "run",
+            "multisine",
+            "--duration",
+            "2",
+            "--out",
+            folder,
+            "--set",
+            &set,
+        ];
+        assert!(program.run(&args).status.code().is_some());
+    }
+    let log = |folder: &str| {
+        let run = std::fs::read_dir(program.path(folder)).unwrap().next();
+        run.unwrap().unwrap().path().join("run.mcap")
+    };
+    let [one, two] = ["one", "two"].map(|folder| log(folder).display().to_string());
+    let words = ["have different periods, 1000 and 2000 µs; fit them one by one"];
+    program.refuses(&["identify", "fit", &one, &two], &words);
+}

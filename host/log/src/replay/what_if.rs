@@ -198,7 +198,10 @@ impl fmt::Display for WhatIf {
             other_mode,
             ..
         } = self;
-        writeln!(f, "with {}", self.changes.join(", "))?;
+        match self.changes.as_slice() {
+            [] => writeln!(f, "with the recorded settings: those given are the same")?,
+            changes => writeln!(f, "with {}", changes.join(", "))?,
+        }
         writeln!(
             f,
             "open-loop: the arm's answers are those to the recorded torques\n"

@@ -67,7 +67,13 @@ fn cause_text(cause: &Cause) -> String {
         String::new()
     } else {
         let [value, limit] = beside_limit(value, limit, 3);
-        format!(", {value} where {limit} is allowed")
+        let is_inside = cause.value.abs() < cause.limit.abs();
+        // An angle may trip inside its limit, where the arm is braked for too long.
+        if is_inside {
+            format!(", {value} before the limit of {limit}")
+        } else {
+            format!(", {value} where {limit} is allowed")
+        }
     };
     format!("; tick {tick}{joint}{values}")
 }

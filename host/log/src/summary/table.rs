@@ -9,7 +9,9 @@
 
 use std::fmt::{Result, Write};
 
-use super::{PushSummary, SETTLED_RAD, SegmentSummary, ServoSummary, Spread, Summary};
+use super::{
+    JointSummary, PushSummary, SETTLED_RAD, SegmentSummary, ServoSummary, Spread, Summary,
+};
 use crate::text_table;
 
 /// Setpoints that fit on a screen.
@@ -202,15 +204,24 @@ fn text(write: impl FnOnce(&mut String) -> Result) -> String {
 fn setpoint_row(segment: &SegmentSummary) -> String {
     let [first, second] = &segment.joints;
     format!(
-        " {:<9}{:+.2}  {:+.2}      {:<8}{:<16}{:>5.1} {:>5.1} mrad",
+        " {:<9}{:+.2}  {:+.2}      {:<8}{:<16}{:>5} {:>5} mrad",
         format!("{:.1} s", segment.start_s),
         first.reference_rad,
         second.reference_rad,
         seconds_or_never(first.settling_time_s),
         seconds_or_never(second.settling_time_s),
-        first.steady_state_error_mrad.abs(),
-        second.steady_state_error_mrad.abs(),
+        rest_error(first),
+        rest_error(second),
     )
+}
+
+/// The error at rest; of a joint that is not at rest there is none.
+fn rest_error(joint: &JointSummary) -> String {
+    if joint.is_at_rest {
+        format!("{:.1}", joint.steady_state_error_mrad.abs())
+    } else {
+        "–".into()
+    }
 }
 
 fn push_row(push: &PushSummary) -> String {

@@ -110,8 +110,13 @@ impl Replayer {
     }
 
     fn remember_changes(&mut self, before: &Settings, after: &Settings) {
-        if !self.changes.is_empty() {
-            self.changed_pairs = changed_pairs(before, after);
+        if self.changes.is_empty() {
+            return;
+        }
+        let key = |pair: &String| pair.split('=').next().map(str::to_owned);
+        for pair in changed_pairs(before, after) {
+            self.changed_pairs.retain(|known| key(known) != key(&pair));
+            self.changed_pairs.push(pair);
         }
     }
 
@@ -183,11 +188,9 @@ impl Replayer {
             _ => return Ok(command),
         };
         let changed = self.changes.apply(&settings)?;
+        self.remember_changes(&settings, &changed);
         Ok(match command {
-            Command::Configure(_) => {
-                self.remember_changes(&settings, &changed);
-                Command::Configure(changed.setup)
-            }
+            Command::Configure(_) => Command::Configure(changed.setup),
             Command::Limit(_) => Command::Limit(changed.limits),
             other => other,
         })
