@@ -24,6 +24,8 @@ mod servos;
 mod settings;
 mod sweeps;
 #[cfg(unix)]
+#[cfg(unix)]
+mod signals;
 mod terminal;
 mod transparent;
 mod viewers;

@@ -4,13 +4,15 @@ use armbridge_client::endpoint::Endpoint;
 use armbridge_client::stdio;
 use armbridge_client::transport::LinkUri;
 use armbridge_shared::servo::Firmware;
+use armbridge_client::{ctrl_c, stdio};
 use armbridge_sim::Bench;
 use armbridge_sim::raw_bus_server::WallClockBench;
 use armbridge_sim::servo_kind;
 use armbridge_sim::servo_kind::{KindError, ServoKind};
 use clap::Args;
 
-use super::super::{Outcome, virtual_arm};
+use super::super::{Error, virtual_arm};
+use crate::args::listen::{FORMS, listen_at};
 use crate::args::{ArmArgs, ExposeArgs};
 
 /// Rates that a bus can have: what a stock servo has at the least, and what
@@ -115,12 +117,12 @@ fn one_each<T: Copy>(
     }
 }
 
-pub(super) fn run(args: &ServosArgs) -> Outcome {
+pub(super) fn run(args: &ServosArgs) -> Result<(), Error> {
     let plant = virtual_arm::plant(&args.arm)?;
     let kinds = args.kinds()?;
     let mut bench = Bench::with_servos(plant, &kinds);
     bench.set_baud(args.baud);
-    let mut bench = WallClockBench::new(bench, args.slow);
+    let mut bench = WallClockBench::new(bench, args.slow).interrupted_by(ctrl_c::is_raised);
     let who = in_words(&kinds);
     match &args.listen {
         LinkUri::Tcp(endpoint) => on_tcp(args, &who, endpoint, &mut bench),
@@ -164,7 +166,7 @@ fn on_tcp(
     who: &str,
     endpoint: &Endpoint,
     bench: &mut WallClockBench,
-) -> Outcome {
+) -> Result<(), Error> {
     let (listener, at) = endpoint.listen(args.expose.into())?;
     stdio::note(format_args!(
         "virtual servos {who} on {at}, raw bus bytes at {} baud; end with ctrl-c",
@@ -173,8 +175,8 @@ fn on_tcp(
     stdio::note(protocol(&args.firmware));
     let mut next = None;
     loop {
-        let (stream, peer) = match next.take() {
-            Some(next) => next,
+        let connection = match next.take() {
+            Some(next) => Some(next),
             None => bench.accept(&listener)?,
         };
         stdio::note(format_args!("{peer} is on the bus"));
@@ -188,10 +190,14 @@ fn on_tcp(
             Err(error) => stdio::note(format_args!("{peer} is gone: {error}")),
         }
     }
+        let Some((stream, peer)) = connection.filter(|_| !ctrl_c::is_raised()) else {
+            return Ok(());
+        };
 }
 
+            Ok(_) if ctrl_c::is_raised() => return Ok(()),
 #[cfg(unix)]
-fn on_pty(args: &ServosArgs, who: &str, bench: &mut WallClockBench) -> Outcome {
+fn on_pty(args: &ServosArgs, who: &str, bench: &mut WallClockBench) -> Result<(), Error> {
     use armbridge_client::pty::Pty;
 
     let pty = Pty::open()?;
@@ -203,11 +209,11 @@ fn on_pty(args: &ServosArgs, who: &str, bench: &mut WallClockBench) -> Outcome {
     stdio::print_line(pty.name())?;
     let baud = move || Pty::baud(&ours);
     bench.serve(pty.controller()?, pty.controller()?, baud, args.echo)?;
-    Ok(std::process::ExitCode::SUCCESS)
+    Ok(())
 }
 
 #[cfg(not(unix))]
-fn on_pty(_: &ServosArgs, _: &str, _: &mut WallClockBench) -> Outcome {
+fn on_pty(_: &ServosArgs, _: &str, _: &mut WallClockBench) -> Result<(), Error> {
     Err("there are no pseudo-terminals on this system: use --listen tcp://127.0.0.1:PORT".into())
 }
 
