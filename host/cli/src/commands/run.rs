@@ -149,6 +149,9 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
     let mut options = staging.options(&mut scenario);
     options.client = transparent_port::open(
         args.simulated.transparent.as_ref(),
+    let is_cut = overrides.duration_s.is_some();
+    let about = about(&scenario, &link).filter(|_| !is_cut);
+    let title = scenario.title.clone();
         args.simulated.expose.into(),
     )?;
     let base = config.out(args.output.out.as_deref());
@@ -162,10 +165,6 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
         let _ = std::fs::remove_dir_all(folder.path());
         return Err(RunError::Interrupted.into());
     }
-    let about = match scenario.about.trim() {
-        "" => scenario.title.clone(),
-        about => about.to_owned(),
-    };
     let mut player = RunHost::in_folder(staging.task(scenario)?, folder)?;
     if let Some(baseline) = baseline {
         player.compare_with(baseline);
@@ -174,7 +173,8 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
     options.interactions = Some(player.interactions());
     let (player, result) = drive(&link, options, player);
     let description = Description {
-        about: &about,
+        title: &title,
+        about: about.as_deref(),
         is_simulated: link.is_simulated(),
         is_demo: args.scenario == "demo",
     };
@@ -184,6 +184,19 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
 /// Prints that a scenario is in order, with its remarks.
 fn checked(name: &str, scenario: &Scenario, as_json: bool) -> Outcome {
     if as_json {
+/// What happens in the scenario; none where its arm is not the one of this link. Where the
+/// arm begins is known of a simulated one only.
+fn about(scenario: &Scenario, link: &BoardUri) -> Option<String> {
+    let about = Some(scenario.about.trim()).filter(|about| !about.is_empty())?;
+    if link.is_simulated() {
+        let [first, second]: [f64; 2] = scenario.bench.plant.initial.q.into();
+        return Some(format!(
+            "Let go at {first:+.2} and {second:+.2} rad. {about}"
+        ));
+    }
+    scenario.plan.pushes.is_empty().then(|| about.to_owned())
+}
+
         stdio::print_line(json!({
             "scenario": name,
             "title": scenario.title,

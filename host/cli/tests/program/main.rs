@@ -7,6 +7,7 @@ mod cli;
 mod doctor;
 #[cfg(unix)]
 mod emulator;
+mod headlines;
 mod identification;
 mod inspect;
 mod links;
