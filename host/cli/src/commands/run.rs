@@ -52,7 +52,7 @@ pub(crate) struct RunArgs {
     #[arg(default_value = "demo", value_parser = scenarios(), hide_possible_values = true)]
     pub(crate) scenario: String,
     /// List the scenarios that ship.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "scenario")]
     pub(crate) list: bool,
     /// Check the scenario without running it.
     #[arg(long)]
@@ -61,7 +61,7 @@ pub(crate) struct RunArgs {
     #[arg(long, conflicts_with = "check")]
     pub(crate) show: bool,
     /// Print every key of a scenario file with its range and meaning.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "scenario")]
     pub(crate) explain: bool,
     #[command(flatten)]
     pub(crate) link: LinkArgs,

@@ -18,6 +18,7 @@ mod output;
 mod pages;
 mod program;
 mod readme;
+mod refusals;
 mod run;
 mod scenarios;
 mod servo_bus;

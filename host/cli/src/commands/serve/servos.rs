@@ -1,5 +1,7 @@
 //! `armbridge serve servos`: the virtual servos in wall-clock time.
 
+use std::collections::HashSet;
+
 use armbridge_client::endpoint::Endpoint;
 use armbridge_client::stdio;
 use armbridge_client::transport::LinkUri;
@@ -81,6 +83,9 @@ pub(crate) enum ServosError {
         option: &'static str,
         count: usize,
         ids: usize,
+    /// Two servos of one bus would answer at once.
+    #[error("id {0} is given to two {1} servos: expected another id for each")]
+    Repeated(u8, Firmware),
     },
     /// No such servo.
     #[error(transparent)]
@@ -92,6 +97,12 @@ impl ServosArgs {
     pub(crate) fn kinds(&self) -> Result<Vec<ServoKind>, ServosError> {
         let ids = self.ids.len();
         let firmware = one_each(&self.firmware, "--firmware", ids)?;
+        let mut known = HashSet::new();
+        let mut servos = self.ids.iter().zip(&firmware);
+        // Those of the other firmware leave its packets unanswered.
+        if let Some((id, firmware)) = servos.find(|servo| !known.insert(*servo)) {
+            return Err(ServosError::Repeated(*id, *firmware));
+        }
         let baud = one_each(&self.servo_baud, "--servo-baud", ids)?;
         let servos = self.ids.iter().zip(firmware).zip(baud);
         servos
@@ -259,6 +270,7 @@ mod tests {
             (["--firmware", "xl430"].as_slice(), "morpheus or stock"),
             (&["--ids", "1,254"], "0..=253"),
             (&["--ids", "0"], "1 to 253"),
+            (&["--ids", "1,2,1"], "id 1 is given to two"),
             (&["--servo-baud", "1,2,3"], "one for each id"),
             (&["--servo-baud", "750000"], "no rate of 750000"),
             (&["--baud", "300"], "7843"),

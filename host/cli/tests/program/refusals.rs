@@ -1,0 +1,35 @@
+//! What cannot be meant is refused, in one line that fits.
+
+use std::fs;
+
+use super::links::program::TCP;
+use super::program::Program;
+
+#[test]
+fn what_would_be_ignored_is_refused() {
+    let program = Program::new("refusals-ignored");
+    program.write("empty.toml", "");
+    let seeds = [
+        "sweep",
+        "demo",
+        "--over",
+        "seed=1..2",
+        "--over",
+        "seed=3..4",
+    ];
+    program.refuses(&seeds, &["--over seed is given twice"]);
+    let three = ["run", "--firmware", "stock,morpheus,stock"];
+    program.refuses(&three, &["3 values after --firmware", "two servos"]);
+    let twice = ["serve", "servos", "--listen", TCP, "--ids", "1,1"];
+    program.refuses(&twice, &["id 1 is given to two"]);
+    for option in ["--list", "--explain"] {
+        program.refuses(&["run", option, "x"], &[option, "cannot be used with"]);
+    }
+    let plant = ["run", "--plant", "empty.toml"];
+    program.refuses(
+        &plant,
+        &["empty.toml:1:1", "sets no key", "plants --explain"],
+    );
+    fs::create_dir(program.path("armbridge.toml")).unwrap();
+    program.refuses(&["config"], &["armbridge.toml", "directory"]);
+}
