@@ -131,6 +131,8 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
     let mut scenario = text.scenario(&overrides)?;
     if args.check {
         return checked(name, &scenario, args.output.json);
+        // As errors name standard input.
+        let name = if name == "-" { &scenario.name } else { name };
     }
     if !args.output.quiet {
         scenario.notes.iter().for_each(stdio::note);

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::links::program::TCP;
+use super::links::program::{TCP, text};
 use super::program::Program;
 
 #[test]
@@ -32,4 +32,16 @@ fn what_would_be_ignored_is_refused() {
     );
     fs::create_dir(program.path("armbridge.toml")).unwrap();
     program.refuses(&["config"], &["armbridge.toml", "directory"]);
+}
+
+#[test]
+fn errors_of_toml_are_one_line_that_ends_where_it_ends() {
+    let program = Program::new("refusals-toml");
+    program.write("empty.toml", "");
+    let output = program.run(&["run", "empty.toml"]);
+    let line = text(&output.stderr).trim_end();
+    assert!(line.ends_with("missing field `title`"), "{line}");
+    program.prints(&["run", "upright", "--quiet"]);
+    program.write("bad.toml", "[controller\nkind = 1\n");
+    program.refuses(&["replay", "--with", "bad.toml"], &["bad.toml:1:"]);
 }
