@@ -19,6 +19,7 @@ use serde_json::json;
 
 use super::finish::{Description, finish};
 use super::{Error, Outcome, transparent_port};
+use crate::args::listen::{FORMS, listen_at};
 use crate::args::suggestions::scenarios;
 use crate::args::values::seed;
 use crate::args::{
@@ -93,7 +94,7 @@ pub(crate) struct SimulatedArgs {
     pub(crate) servos: VirtualServoArgs,
     /// Serve the board's transparent port to another program, on a socket or by `pty:` on
     /// a new pseudo-terminal.
-    #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
+    #[arg(long, value_name = FORMS, value_parser = listen_at)]
     pub(crate) transparent: Option<LinkUri>,
     #[command(flatten)]
     pub(crate) expose: ExposeArgs,
@@ -130,9 +131,9 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
     let overrides = args.overrides(&config)?;
     let mut scenario = text.scenario(&overrides)?;
     if args.check {
-        return checked(name, &scenario, args.output.json);
         // As errors name standard input.
         let name = if name == "-" { &scenario.name } else { name };
+        return checked(name, &scenario, args.output.json);
     }
     if !args.output.quiet {
         scenario.notes.iter().for_each(stdio::note);
@@ -148,12 +149,12 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
         is_quiet: args.output.quiet,
         is_silent: args.output.quiet || args.output.json,
     };
-    let mut options = staging.options(&mut scenario);
-    options.client = transparent_port::open(
-        args.simulated.transparent.as_ref(),
     let is_cut = overrides.duration_s.is_some();
     let about = about(&scenario, &link).filter(|_| !is_cut);
     let title = scenario.title.clone();
+    let mut options = staging.options(&mut scenario);
+    options.client = transparent_port::open(
+        args.simulated.transparent.as_ref(),
         args.simulated.expose.into(),
     )?;
     let base = config.out(args.output.out.as_deref());
@@ -183,9 +184,6 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
     finish(player, result, &args.output, &description)
 }
 
-/// Prints that a scenario is in order, with its remarks.
-fn checked(name: &str, scenario: &Scenario, as_json: bool) -> Outcome {
-    if as_json {
 /// What happens in the scenario; none where its arm is not the one of this link. Where the
 /// arm begins is known of a simulated one only.
 fn about(scenario: &Scenario, link: &BoardUri) -> Option<String> {
@@ -199,6 +197,9 @@ fn about(scenario: &Scenario, link: &BoardUri) -> Option<String> {
     scenario.plan.pushes.is_empty().then(|| about.to_owned())
 }
 
+/// Prints that a scenario is in order, with its remarks.
+fn checked(name: &str, scenario: &Scenario, as_json: bool) -> Outcome {
+    if as_json {
         stdio::print_line(json!({
             "scenario": name,
             "title": scenario.title,

@@ -7,9 +7,8 @@ use std::process::ExitCode;
 
 use armbridge::config::Config;
 use armbridge_client::host::NoHost;
-use armbridge_client::stdio;
-use armbridge_client::{ctrl_c, stdio};
 use armbridge_client::transport::LinkUri;
+use armbridge_client::{ctrl_c, stdio};
 use armbridge_sim::Bench;
 use armbridge_sim::link::{Options, Pace, drive};
 use armbridge_sim::link_server::LinkServer;
@@ -17,8 +16,8 @@ use clap::{Args, Subcommand};
 
 use super::{Error, Outcome, transparent_port, virtual_arm};
 use crate::args::listen::{FORMS, listen_at};
-use until_signal::UntilSignal;
 use crate::args::{ArmArgs, ExposeArgs, LinkArgs, VirtualServoArgs};
+use until_signal::UntilSignal;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -59,13 +58,14 @@ struct BoardArgs {
     /// each may stop, or by `pty:` on a new pseudo-terminal, to one program.
     #[arg(
         long,
-        value_name = "tcp://HOST:PORT|pty:",
+        value_name = FORMS,
+        value_parser = listen_at,
         required_unless_present = "transparent"
     )]
     listen: Option<LinkUri>,
     /// Serve the transparent port, which behaves like the vendor's USB adapter; its SDK needs
     /// `--firmware stock`. Without --listen, nothing else uses the bus.
-    #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
+    #[arg(long, value_name = FORMS, value_parser = listen_at)]
     transparent: Option<LinkUri>,
     #[command(flatten)]
     expose: ExposeArgs,

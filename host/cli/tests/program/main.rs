@@ -24,10 +24,10 @@ mod scenarios;
 mod servo_bus;
 mod servos;
 mod settings;
-mod sweeps;
-#[cfg(unix)]
 #[cfg(unix)]
 mod signals;
+mod sweeps;
+#[cfg(unix)]
 mod terminal;
 mod transparent;
 mod viewers;

@@ -45,3 +45,31 @@ fn errors_of_toml_are_one_line_that_ends_where_it_ends() {
     program.write("bad.toml", "[controller\nkind = 1\n");
     program.refuses(&["replay", "--with", "bad.toml"], &["bad.toml:1:"]);
 }
+
+#[test]
+fn places_that_nothing_can_listen_on_are_not_offered() {
+    let program = Program::new("refusals-listen");
+    for args in [
+        ["serve", "board", "--listen", "foo"].as_slice(),
+        &["serve", "board", "--transparent", "usb:"],
+        &["serve", "servos", "--listen", "serial:"],
+        &["run", "--transparent", "foo"],
+    ] {
+        program.refuses(args, &["expected tcp://HOST:PORT or pty:"]);
+        let line = program.run(args).stderr;
+        assert!(!text(&line).contains("usb:SERIAL"), "{args:?}");
+    }
+    let at = "tcp://127.0.0.1:7999";
+    let same = ["serve", "board", "--listen", at, "--transparent", at];
+    program.refuses(&same, &["--listen and --transparent are both", "two ports"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pseudo_terminal_that_is_gone_is_no_matter_of_plugs() {
+    let program = Program::new("refusals-pty");
+    let args = ["status", "--link", "pty:///dev/pts/99999"];
+    program.refuses(&args, &["/dev/pts/99999", "still run?"]);
+    let line = program.run(&args).stderr;
+    assert!(!text(&line).contains("by-id"));
+}

@@ -3,10 +3,9 @@
 use std::collections::HashSet;
 
 use armbridge_client::endpoint::Endpoint;
-use armbridge_client::stdio;
 use armbridge_client::transport::LinkUri;
-use armbridge_shared::servo::Firmware;
 use armbridge_client::{ctrl_c, stdio};
+use armbridge_shared::servo::Firmware;
 use armbridge_sim::Bench;
 use armbridge_sim::raw_bus_server::WallClockBench;
 use armbridge_sim::servo_kind;
@@ -26,7 +25,7 @@ const BAUDS: std::ops::RangeInclusive<i64> = 7_843..=2_000_000;
 pub(crate) struct ServosArgs {
     /// Serve on a TCP port, to one program at a time, or by `pty:` on a new
     /// pseudo-terminal, whose name is printed.
-    #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
+    #[arg(long, value_name = FORMS, value_parser = listen_at)]
     pub(crate) listen: LinkUri,
     #[command(flatten)]
     pub(crate) expose: ExposeArgs,
@@ -83,10 +82,10 @@ pub(crate) enum ServosError {
         option: &'static str,
         count: usize,
         ids: usize,
+    },
     /// Two servos of one bus would answer at once.
     #[error("id {0} is given to two {1} servos: expected another id for each")]
     Repeated(u8, Firmware),
-    },
     /// No such servo.
     #[error(transparent)]
     Kind(#[from] KindError),
@@ -97,13 +96,13 @@ impl ServosArgs {
     pub(crate) fn kinds(&self) -> Result<Vec<ServoKind>, ServosError> {
         let ids = self.ids.len();
         let firmware = one_each(&self.firmware, "--firmware", ids)?;
+        let baud = one_each(&self.servo_baud, "--servo-baud", ids)?;
         let mut known = HashSet::new();
         let mut servos = self.ids.iter().zip(&firmware);
         // Those of the other firmware leave its packets unanswered.
         if let Some((id, firmware)) = servos.find(|servo| !known.insert(*servo)) {
             return Err(ServosError::Repeated(*id, *firmware));
         }
-        let baud = one_each(&self.servo_baud, "--servo-baud", ids)?;
         let servos = self.ids.iter().zip(firmware).zip(baud);
         servos
             .map(|((id, firmware), baud)| Ok(ServoKind::new(firmware, *id, baud)?))
@@ -138,6 +137,7 @@ pub(super) fn run(args: &ServosArgs) -> Result<(), Error> {
     match &args.listen {
         LinkUri::Tcp(endpoint) => on_tcp(args, &who, endpoint, &mut bench),
         LinkUri::Pty(None) => on_pty(args, &who, &mut bench),
+        // Not parsed as an argument.
         other @ (LinkUri::Usb(_) | LinkUri::Serial(_) | LinkUri::Pty(Some(_))) => Err(format!(
             "servos cannot be offered on {other}: expected tcp://HOST:PORT or pty:"
         )
@@ -190,8 +190,12 @@ fn on_tcp(
             Some(next) => Some(next),
             None => bench.accept(&listener)?,
         };
+        let Some((stream, peer)) = connection.filter(|_| !ctrl_c::is_raised()) else {
+            return Ok(());
+        };
         stdio::note(format_args!("{peer} is on the bus"));
         match bench.serve_socket(&stream, &listener, args.echo) {
+            Ok(_) if ctrl_c::is_raised() => return Ok(()),
             Ok(waiting) => {
                 next = waiting;
                 stdio::note(format_args!(
@@ -201,12 +205,8 @@ fn on_tcp(
             Err(error) => stdio::note(format_args!("{peer} is gone: {error}")),
         }
     }
-        let Some((stream, peer)) = connection.filter(|_| !ctrl_c::is_raised()) else {
-            return Ok(());
-        };
 }
 
-            Ok(_) if ctrl_c::is_raised() => return Ok(()),
 #[cfg(unix)]
 fn on_pty(args: &ServosArgs, who: &str, bench: &mut WallClockBench) -> Result<(), Error> {
     use armbridge_client::pty::Pty;
