@@ -62,7 +62,7 @@ pub fn serve(servos: &[(Kind, u8)], echo: bool) -> Served {
         loop {
             let (stream, _) = match next.take() {
                 Some(next) => next,
-                None => bench.accept(&listener).unwrap(),
+                None => bench.accept(&listener).unwrap().unwrap(),
             };
             if matches!(stream.peek(&mut [0]), Ok(0)) {
                 return;

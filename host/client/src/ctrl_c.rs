@@ -70,6 +70,14 @@ pub fn exit_code() -> u8 {
     raised().unwrap_or(Signal::Interrupt).exit_code()
 }
 
+/// Exit code of a program that runs until ctrl-c: 0 after that, and if no signal came.
+pub fn awaited_exit_code() -> u8 {
+    match raised() {
+        None | Some(Signal::Interrupt) => 0,
+        Some(signal @ (Signal::HangUp | Signal::Terminate)) => signal.exit_code(),
+    }
+}
+
 /// Name of the signal that came since [`listen`], in a sentence; ctrl-c if none came.
 pub fn in_words() -> &'static str {
     raised().unwrap_or(Signal::Interrupt).in_words()

@@ -96,6 +96,11 @@ pub enum OpenError {
 }
 
 impl Endpoint {
+    /// Whether its port is 0, for any free one.
+    pub fn is_any_port(&self) -> bool {
+        self.0.port() == 0
+    }
+
     /// Connects to it.
     ///
     /// # Errors

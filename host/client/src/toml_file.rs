@@ -40,6 +40,14 @@ impl Place {
             text: text[start..].lines().next().unwrap_or("").trim().into(),
         }
     }
+
+    /// The line, as the end of a message; nothing of an empty one.
+    fn quoted(&self) -> String {
+        match self.text.as_str() {
+            "" => String::new(),
+            text => format!(", in `{text}`"),
+        }
+    }
 }
 
 impl fmt::Display for Place {
@@ -62,7 +70,7 @@ pub enum DocumentError {
         source: std::io::Error,
     },
     /// It is not TOML, or has an unknown key or a wrong value.
-    #[error("{place}: {message}, in `{text}`", text = place.text)]
+    #[error("{place}: {message}{}", place.quoted())]
     Wrong {
         /// Place of the error.
         place: Place,
@@ -176,6 +184,8 @@ pub fn not_toml(path: &Path, text: &str, error: &toml::de::Error) -> DocumentErr
         place: Place::from_offset(path, text, error.span().map_or(0, |span| span.start)),
         message: error
             .message()
+            // What is missing at the top is in no table.
+            .trim_end_matches("\nin ``")
             .replace('\n', ", ")
             .replace("f64", "a number"),
     }

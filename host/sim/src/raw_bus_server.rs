@@ -74,6 +74,7 @@ pub struct WallClockBench {
     /// Bytes queued for the bus, each with the time at which its last one is sent.
     echoes: VecDeque<(u64, Vec<u8>)>,
     received: Vec<u8>,
+    is_interrupted: fn() -> bool,
 }
 
 impl WallClockBench {
@@ -88,23 +89,37 @@ impl WallClockBench {
             now_us: STARTED_US,
             echoes: VecDeque::new(),
             received: Vec::new(),
+            is_interrupted: || false,
         }
     }
 
-    /// Waits for a connection; the servos run meanwhile.
+    /// The same, but it waits for and serves no one once `is_interrupted`.
+    #[must_use]
+    pub fn interrupted_by(self, is_interrupted: fn() -> bool) -> Self {
+        Self {
+            is_interrupted,
+            ..self
+        }
+    }
+
+    /// Waits for a connection; the servos run meanwhile. `None` if it is interrupted.
     ///
     /// # Errors
     /// If the listener fails.
-    pub fn accept(&mut self, listener: &TcpListener) -> io::Result<(TcpStream, SocketAddr)> {
+    pub fn accept(
+        &mut self,
+        listener: &TcpListener,
+    ) -> io::Result<Option<(TcpStream, SocketAddr)>> {
         listener.set_nonblocking(true)?;
-        loop {
+        while !(self.is_interrupted)() {
             if let Some((stream, peer)) = nonblocking::accept(listener)? {
                 stream.set_nonblocking(false)?;
-                return Ok((stream, peer));
+                return Ok(Some((stream, peer)));
             }
             self.advance_to(Instant::now());
             std::thread::sleep(WAITING_STEP);
         }
+        Ok(None)
     }
 
     /// Serves a connection as [`serve`](Self::serve) does, until it is silent and another one
@@ -171,7 +186,7 @@ impl WallClockBench {
         self.advance_to(Instant::now());
         self.echoes.clear();
         self.received.clear();
-        loop {
+        while !(self.is_interrupted)() {
             let is_behind = self.bench.line_free_us() > self.now_us + BACKLOG_MAX_US;
             let next = if is_behind {
                 std::thread::sleep(STEP);
@@ -205,7 +220,7 @@ impl WallClockBench {
         let last_us = self.now_us.max(self.bench.line_free_us())
             + ANSWER_US
             + ANSWER_BITS * 1_000_000 / u64::from(self.bench.baud());
-        while self.now_us < last_us {
+        while self.now_us < last_us && !(self.is_interrupted)() {
             std::thread::sleep(STEP);
             self.advance_to(Instant::now());
             self.forward(&mut to)?;
@@ -291,6 +306,16 @@ mod tests {
             let sent = if echo { PING.as_slice() } else { &[] };
             assert_eq!(received, [sent, &PONG].concat().repeat(2), "echo {echo}");
         }
+    }
+
+    #[test]
+    fn an_interrupted_server_ends_though_the_peer_stays() {
+        let mut live = live().interrupted_by(|| true);
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        assert!(live.accept(&listener).unwrap().is_none());
+        let stays = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        let ended = live.serve_socket(&stays, &listener, false).unwrap();
+        assert!(ended.is_none());
     }
 
     #[test]

@@ -76,6 +76,10 @@ where
         self.announce();
         if let Some(trip) = self.core.cause() {
             let _ = self.end.notifications.enqueue(Notification::Tripped(trip));
+            // An earlier host may have had the report.
+            if let Some(report) = self.sequencer.last_off_report() {
+                let _ = self.end.notifications.enqueue(Notification::Off(report));
+            }
         }
     }
 

@@ -342,10 +342,14 @@ impl ForceOff {
         }
         self.reported = Some(joints);
         self.is_reported = true;
-        Some(OffReport {
-            stops: self.stops,
-            joints,
-        })
+        self.last_report()
+    }
+
+    /// The last report to the host since the beginning, for a host that joins later.
+    pub(super) fn last_report(&self) -> Option<OffReport> {
+        let joints = self.reported?;
+        let stops = self.stops;
+        Some(OffReport { stops, joints })
     }
 }
 

@@ -210,6 +210,11 @@ where
         }
     }
 
+    /// The last report, for a host that joins after it.
+    pub fn last_off_report(&self) -> Option<OffReport> {
+        self.off.last_report()
+    }
+
     /// Sets the supervisor's permission. A use of the bus that it withdraws ends here.
     pub fn permit(&mut self, permission: BusPermission, now_us: u64) {
         self.now_us = now_us;

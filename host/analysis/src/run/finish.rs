@@ -47,6 +47,8 @@ pub struct Finished {
     pub verdict: Verdict,
     /// The same run with another control.
     pub baseline: Option<Baseline>,
+    /// An experiment drove the arm.
+    pub is_experiment: bool,
 }
 
 impl RunHost {
@@ -110,6 +112,7 @@ impl RunHost {
         summary.ended = assessment.ended;
         summary.missed_expectations = assessment.missed;
         let mut summary = summary.with_causes(&trips);
+        let is_experiment = !stats.conclusions.is_empty();
         summary.remarks.append(&mut stats.conclusions);
         summary.remarks.extend(csv_trouble);
         let verdict = |is_complete: bool, summary: &Summary| {
@@ -129,7 +132,7 @@ impl RunHost {
                 // What ended as it should is described by its log.
                 headline: match verdict(is_complete, &summary) {
                     Verdict::Done => None,
-                    verdict => Some(headline(&summary, verdict)),
+                    verdict => Some(headline(&summary, verdict, is_experiment)),
                 },
                 made_by: Some(&made_by),
                 ..PageInput::of_log(&log)
@@ -150,6 +153,7 @@ impl RunHost {
             folder: folder.path().into(),
             verdict,
             baseline,
+            is_experiment,
         })
     }
 }

@@ -4,6 +4,7 @@ mod bus;
 mod expose;
 mod force;
 mod link;
+pub(crate) mod listen;
 mod output;
 mod scenario;
 mod simulation;

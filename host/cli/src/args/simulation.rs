@@ -44,9 +44,25 @@ pub(crate) struct VirtualServoArgs {
     servo_baud: Option<u32>,
 }
 
+/// Why the two servos cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum VirtualServoError {
+    /// More firmwares than servos.
+    #[error(
+        "{0} values after --firmware: the arm has two servos, expected one value, or one for each"
+    )]
+    Count(usize),
+    /// No such servo.
+    #[error(transparent)]
+    Kind(#[from] KindError),
+}
+
 impl VirtualServoArgs {
     /// The servos, with the ids that the board looks for.
-    pub(crate) fn kinds(&self) -> Result<Vec<ServoKind>, KindError> {
+    pub(crate) fn kinds(&self) -> Result<Vec<ServoKind>, VirtualServoError> {
+        if self.firmware.len() > SERVO_IDS.len() {
+            return Err(VirtualServoError::Count(self.firmware.len()));
+        }
         let baud = self.servo_baud.unwrap_or(1_000_000);
         let firmware = |joint: usize| match self.firmware.as_slice() {
             [] => Firmware::Morpheus,
@@ -54,12 +70,12 @@ impl VirtualServoArgs {
         };
         let servos = SERVO_IDS.iter().enumerate();
         servos
-            .map(|(joint, id)| ServoKind::new(firmware(joint), id.get(), baud))
+            .map(|(joint, id)| Ok(ServoKind::new(firmware(joint), id.get(), baud)?))
             .collect()
     }
 
     /// The servos, if one of the options is given.
-    pub(crate) fn requested(&self) -> Result<Option<Vec<ServoKind>>, KindError> {
+    pub(crate) fn requested(&self) -> Result<Option<Vec<ServoKind>>, VirtualServoError> {
         if self.firmware.is_empty() && self.servo_baud.is_none() {
             return Ok(None);
         }

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use armbridge::board_tasks::arm::{Arm, Outcome as Ending};
-use armbridge_client::stdio;
+use armbridge_client::{ctrl_c, stdio};
 use armbridge_sim::link::Pace;
 use clap::Args;
 use serde_json::json;
@@ -21,7 +21,7 @@ Examples:
 
 Armed means ready to move, with zero torque. The program keeps running: a board whose
 host falls silent switches the motors off. Ctrl-C disarms, then ends. Exit code 1: the
-board switched torque off, was reset, or the link broke.";
+board switched torque off, was reset, or the link broke; 143: a request to terminate.";
 
 /// Arm and stay.
 #[derive(Args, Debug)]
@@ -65,7 +65,7 @@ pub(crate) fn run(args: &ArmedArgs) -> Outcome {
         stdio::print_line(format_args!("armed for {held_s:.1} s; {in_words}"))?;
     }
     Ok(ExitCode::from(match ending {
-        Ending::Disarmed => 0,
+        Ending::Disarmed => ctrl_c::awaited_exit_code(),
         Ending::Tripped(_)
         | Ending::Fault(_)
         | Ending::Released

@@ -28,7 +28,7 @@ Examples:
   armbridge doctor usb flash --json
 
 Exit codes: 0 the simulated arm and the named jobs can run, 1 something that they need is
-missing.";
+missing or stale.";
 
 /// Smallest terminal that the dashboard and the tables fit: columns and lines.
 const TERMINAL: (u16, u16) = (80, 24);
@@ -85,6 +85,8 @@ enum Finding {
     Open(String),
     /// It is missing: its name, and the command or action that adds it.
     Missing { what: String, remedy: String },
+    /// It is there, but out of date: why, and the command that renews it.
+    Stale { what: String, remedy: String },
 }
 
 impl Finding {
@@ -99,6 +101,7 @@ impl Finding {
             Self::Ok(found) => ("ok", found, None),
             Self::Open(why) => ("n/a", why, None),
             Self::Missing { what, remedy } => ("missing", what, Some(remedy)),
+            Self::Stale { what, remedy } => ("stale", what, Some(remedy)),
         }
     }
 }
@@ -115,7 +118,7 @@ pub(crate) fn run(args: &DoctorArgs) -> Outcome {
         (Job::Usb, "USB permission", devices::usb_permission()),
     ];
     let checks = checks.map(|(job, name, result)| Check { name, job, result });
-    let is_missing = |check: &&Check| matches!(check.result, Finding::Missing { .. });
+    let is_missing = |check: &&Check| check.result.parts().2.is_some();
     let is_asked = |check: &&Check| check.job == Job::Run || args.jobs.contains(&check.job);
     let needed = checks.iter().filter(is_asked).find(is_missing);
     let mut out = Stdout;
@@ -128,7 +131,10 @@ pub(crate) fn run(args: &DoctorArgs) -> Outcome {
     checks.iter().try_for_each(|check| print(&mut out, check))?;
     match needed {
         None => writeln!(out, "\nThe simulated arm can run: `armbridge run`.")?,
-        Some(check) => writeln!(out, "\n{} is missing for {}.", check.name, check.job)?,
+        Some(check) => {
+            let (state, ..) = check.result.parts();
+            writeln!(out, "\n{} is {state} for {}.", check.name, check.job)?;
+        }
     }
     Ok(ExitCode::from(u8::from(needed.is_some())))
 }

@@ -36,8 +36,10 @@ Next:
 
 /// How a run is described.
 pub(super) struct Description<'a> {
-    /// The scenario in one or two sentences.
-    pub(super) about: &'a str,
+    /// What the scenario intends.
+    pub(super) title: &'a str,
+    /// What happens in it if all goes well; none where that is not known to apply.
+    pub(super) about: Option<&'a str>,
     /// Nothing real moves.
     pub(super) is_simulated: bool,
     /// It is the demo, which a newcomer runs first.
@@ -93,14 +95,16 @@ fn screen(finished: &Finished, description: &Description, is_verbose: bool) -> S
         folder,
         verdict,
         baseline,
+        is_experiment,
     } = finished;
+    let about = description.about.filter(|_| *verdict == Verdict::Done);
     let run = &summary.run;
     let seed = run
         .seed
         .map_or_else(String::new, |seed| format!(" · seed {seed}"));
     let mut blocks = vec![
         format!(
-            "armbridge {} · {}{}{seed} · {} s in {:.1} s\n",
+            "armbridge {} · {}{}{seed} · {} in {:.1} s\n",
             run.name,
             run.world,
             if description.is_simulated {
@@ -108,17 +112,19 @@ fn screen(finished: &Finished, description: &Description, is_verbose: bool) -> S
             } else {
                 ""
             },
-            (summary.simulated_s * 10.0).round() / 10.0,
+            seconds(summary.simulated_s),
             summary.wall_s
         ),
         paragraph(&format!(
             "{} {}",
-            headline(summary, *verdict),
-            description.about.trim()
+            headline(summary, *verdict, *is_experiment),
+            about.unwrap_or(description.title)
         )),
         summary.results(),
     ];
-    if let Some(baseline) = baseline {
+    // A run that was cut short has nothing to compare with it.
+    let is_whole = summary.faults.is_empty() && summary.ended.is_none();
+    if let Some(baseline) = baseline.as_ref().filter(|_| is_whole) {
         blocks.push(baseline_text(baseline, &run.name));
     }
     blocks.push(summary.totals() + &files(folder, summary));
@@ -131,6 +137,15 @@ fn screen(finished: &Finished, description: &Description, is_verbose: bool) -> S
     }
     blocks.retain(|block| !block.is_empty());
     blocks.join("\n")
+}
+
+/// A time in s, as "9.5 s", or "0.04 s" of a short one.
+fn seconds(time_s: f64) -> String {
+    if time_s < 0.1 {
+        format!("{time_s:.2} s")
+    } else {
+        format!("{} s", (time_s * 10.0).round() / 10.0)
+    }
 }
 
 /// Result of the baseline on the same arm.

@@ -75,7 +75,7 @@ pub(crate) fn run(args: &FoxgloveArgs) -> Outcome {
     use armbridge::foxglove::server::Server;
 
     use super::session::OpenedLink;
-    use armbridge_client::stdio;
+    use armbridge_client::{ctrl_c, stdio};
 
     let access = Access::new(args.allow_origin.clone(), args.token.clone())
         .map_err(|error| format!("cannot make a token: {error}; give one with --token"))?;
@@ -100,5 +100,5 @@ pub(crate) fn run(args: &FoxgloveArgs) -> Outcome {
         "{} messages, {} events left out",
         served.messages, served.unseen
     ));
-    Ok(std::process::ExitCode::SUCCESS)
+    Ok(std::process::ExitCode::from(ctrl_c::awaited_exit_code()))
 }

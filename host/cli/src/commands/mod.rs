@@ -35,6 +35,7 @@ pub(crate) mod watch;
 mod ask;
 mod bus;
 mod finish;
+mod interruptible;
 mod link;
 mod log;
 mod motors_off;

@@ -9,6 +9,7 @@ use armbridge_analysis::run_folder::RunFolder;
 use armbridge_client::stdio;
 
 use super::Outcome;
+use super::interruptible::interruptible;
 use crate::args::OutputArgs;
 
 pub(crate) const EXAMPLES: &str = "\
@@ -19,7 +20,12 @@ Examples:
 pub(crate) fn run(args: &OutputArgs) -> Outcome {
     let base = Config::discover()?.out(args.out.as_deref());
     let folder = RunFolder::create(Some(&base), "paper")?;
-    let claims = Findings::compute()?.claims();
+    let what = "the paper's numbers were computed; nothing is written";
+    let findings = interruptible(what, Findings::compute).inspect_err(|_| {
+        // Best effort: it is empty.
+        let _ = std::fs::remove_dir(folder.path());
+    })??;
+    let claims = findings.claims();
     let path = paper::write(folder.path(), &claims)?;
     let page = path.display();
     let printed = if args.json {

@@ -5,12 +5,13 @@ use std::process::ExitCode;
 
 use armbridge_analysis::plot;
 use armbridge_analysis::plot::{Figure, Formats, Run};
-use armbridge_client::stdio;
+use armbridge_client::{ctrl_c, stdio};
 use armbridge_log::inspect::diff::DiffError;
 use armbridge_log::output_file::Existing;
 use armbridge_log::time_origin::Align;
 use clap::{Args, ValueEnum};
 
+use super::interruptible::interruptible;
 use super::{Outcome, log};
 
 pub(crate) const EXAMPLES: &str = "\
@@ -24,7 +25,7 @@ driven, or at another event, and drawn over each other as compare-angles and so 
 A file of the same name and other contents is kept: the new one is angles-2.svg.";
 
 /// Logs to draw.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct PlotArgs {
     /// Logs, or run folders with a run.mcap; by default the newest run. Several are drawn over
     /// each other.
@@ -118,19 +119,26 @@ pub(crate) fn run(args: &PlotArgs) -> Outcome {
         svg: args.format.contains(&Picture::Svg),
         png: args.format.contains(&Picture::Png),
     };
-    let runs = runs(args)?;
-    let files = plot::draw(
-        &folder(args, &runs)?,
-        &figures(&args.what),
-        formats,
-        Existing::Number,
-        &runs,
-    )?;
-    if files.is_empty() {
-        return Err("timing is a figure of one run, and difference one of several".into());
+    let reading = args.clone();
+    let runs = interruptible("the logs were read; nothing is drawn", move || {
+        // An error that may go to another thread.
+        runs(&reading).map_err(|error| error.to_string())
+    })??;
+    let folder = folder(args, &runs)?;
+    let mut count = 0;
+    for figure in figures(&args.what) {
+        if ctrl_c::is_raised() {
+            let signal = ctrl_c::in_words();
+            return Err(format!("ended by {signal} after {count} files").into());
+        }
+        let files = plot::draw(&folder, &[figure], formats, Existing::Number, &runs)?;
+        count += files.len();
+        for file in files {
+            stdio::print_line(file.display())?;
+        }
     }
-    for file in files {
-        stdio::print_line(file.display())?;
+    if count == 0 {
+        return Err("timing is a figure of one run, and difference one of several".into());
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use armbridge_client::params;
 use armbridge_client::stdio;
+use armbridge_client::toml_file;
 use armbridge_log::recording::Reader;
 use armbridge_log::replay::{Changes, Replayer, Report, Verdict};
 use clap::Args;
@@ -120,6 +121,6 @@ fn table(path: Option<&Path>) -> Result<toml::Table, String> {
     let named = path.display();
     let text = std::fs::read_to_string(path)
         .map_err(|error| format!("cannot read {named}: {error}; name a TOML file"))?;
-    text.parse()
-        .map_err(|error| format!("{named} is not TOML: {error}"))
+    let parsed = text.parse();
+    parsed.map_err(|error| toml_file::not_toml(path, &text, &error).to_string())
 }

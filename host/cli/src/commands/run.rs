@@ -19,6 +19,7 @@ use serde_json::json;
 
 use super::finish::{Description, finish};
 use super::{Error, Outcome, transparent_port};
+use crate::args::listen::{FORMS, listen_at};
 use crate::args::suggestions::scenarios;
 use crate::args::values::seed;
 use crate::args::{
@@ -52,7 +53,7 @@ pub(crate) struct RunArgs {
     #[arg(default_value = "demo", value_parser = scenarios(), hide_possible_values = true)]
     pub(crate) scenario: String,
     /// List the scenarios that ship.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "scenario")]
     pub(crate) list: bool,
     /// Check the scenario without running it.
     #[arg(long)]
@@ -61,7 +62,7 @@ pub(crate) struct RunArgs {
     #[arg(long, conflicts_with = "check")]
     pub(crate) show: bool,
     /// Print every key of a scenario file with its range and meaning.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "scenario")]
     pub(crate) explain: bool,
     #[command(flatten)]
     pub(crate) link: LinkArgs,
@@ -93,7 +94,7 @@ pub(crate) struct SimulatedArgs {
     pub(crate) servos: VirtualServoArgs,
     /// Serve the board's transparent port to another program, on a socket or by `pty:` on
     /// a new pseudo-terminal.
-    #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
+    #[arg(long, value_name = FORMS, value_parser = listen_at)]
     pub(crate) transparent: Option<LinkUri>,
     #[command(flatten)]
     pub(crate) expose: ExposeArgs,
@@ -130,6 +131,8 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
     let overrides = args.overrides(&config)?;
     let mut scenario = text.scenario(&overrides)?;
     if args.check {
+        // As errors name standard input.
+        let name = if name == "-" { &scenario.name } else { name };
         return checked(name, &scenario, args.output.json);
     }
     if !args.output.quiet {
@@ -146,6 +149,9 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
         is_quiet: args.output.quiet,
         is_silent: args.output.quiet || args.output.json,
     };
+    let is_cut = overrides.duration_s.is_some();
+    let about = about(&scenario, &link).filter(|_| !is_cut);
+    let title = scenario.title.clone();
     let mut options = staging.options(&mut scenario);
     options.client = transparent_port::open(
         args.simulated.transparent.as_ref(),
@@ -162,10 +168,6 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
         let _ = std::fs::remove_dir_all(folder.path());
         return Err(RunError::Interrupted.into());
     }
-    let about = match scenario.about.trim() {
-        "" => scenario.title.clone(),
-        about => about.to_owned(),
-    };
     let mut player = RunHost::in_folder(staging.task(scenario)?, folder)?;
     if let Some(baseline) = baseline {
         player.compare_with(baseline);
@@ -174,11 +176,25 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
     options.interactions = Some(player.interactions());
     let (player, result) = drive(&link, options, player);
     let description = Description {
-        about: &about,
+        title: &title,
+        about: about.as_deref(),
         is_simulated: link.is_simulated(),
         is_demo: args.scenario == "demo",
     };
     finish(player, result, &args.output, &description)
+}
+
+/// What happens in the scenario; none where its arm is not the one of this link. Where the
+/// arm begins is known of a simulated one only.
+fn about(scenario: &Scenario, link: &BoardUri) -> Option<String> {
+    let about = Some(scenario.about.trim()).filter(|about| !about.is_empty())?;
+    if link.is_simulated() {
+        let [first, second]: [f64; 2] = scenario.bench.plant.initial.q.into();
+        return Some(format!(
+            "Let go at {first:+.2} and {second:+.2} rad. {about}"
+        ));
+    }
+    scenario.plan.pushes.is_empty().then(|| about.to_owned())
 }
 
 /// Prints that a scenario is in order, with its remarks.

@@ -1,20 +1,23 @@
 //! `armbridge serve`: a simulated board, or virtual servos alone, for other programs.
 
 mod servos;
+mod until_signal;
 
 use std::process::ExitCode;
 
 use armbridge::config::Config;
 use armbridge_client::host::NoHost;
-use armbridge_client::stdio;
 use armbridge_client::transport::LinkUri;
+use armbridge_client::{ctrl_c, stdio};
 use armbridge_sim::Bench;
 use armbridge_sim::link::{Options, Pace, drive};
 use armbridge_sim::link_server::LinkServer;
 use clap::{Args, Subcommand};
 
-use super::{Outcome, transparent_port, virtual_arm};
+use super::{Error, Outcome, transparent_port, virtual_arm};
+use crate::args::listen::{FORMS, listen_at};
 use crate::args::{ArmArgs, ExposeArgs, LinkArgs, VirtualServoArgs};
+use until_signal::UntilSignal;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -28,7 +31,8 @@ The arm of a board that is served on tcp:// can be pushed and moved by hand:
   armbridge push --link tcp://127.0.0.1:7001
   armbridge hand 0.3,-0.2 --link tcp://127.0.0.1:7001
 
-Simulated time keeps pace with the wall clock. Ctrl-C ends the server.";
+Simulated time keeps pace with the wall clock. Ctrl-C ends the server,
+with exit code 0.";
 
 /// A server.
 #[derive(Args, Debug)]
@@ -54,13 +58,14 @@ struct BoardArgs {
     /// each may stop, or by `pty:` on a new pseudo-terminal, to one program.
     #[arg(
         long,
-        value_name = "tcp://HOST:PORT|pty:",
+        value_name = FORMS,
+        value_parser = listen_at,
         required_unless_present = "transparent"
     )]
     listen: Option<LinkUri>,
     /// Serve the transparent port, which behaves like the vendor's USB adapter; its SDK needs
     /// `--firmware stock`. Without --listen, nothing else uses the bus.
-    #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
+    #[arg(long, value_name = FORMS, value_parser = listen_at)]
     transparent: Option<LinkUri>,
     #[command(flatten)]
     expose: ExposeArgs,
@@ -74,16 +79,39 @@ struct BoardArgs {
 }
 
 pub(crate) fn run(args: &ServeArgs) -> Outcome {
-    match &args.what {
-        Served::Board(args) => board(args),
-        Served::Servos(args) => servos::run(args),
+    ctrl_c::listen()?;
+    let what = match &args.what {
+        Served::Board(args) => {
+            board(args)?;
+            "the board"
+        }
+        Served::Servos(args) => {
+            servos::run(args)?;
+            "the servos"
+        }
+    };
+    if ctrl_c::is_raised() {
+        let signal = ctrl_c::in_words();
+        stdio::note(format_args!(
+            "{what} and the arm are gone: ended by {signal}"
+        ));
     }
+    Ok(ExitCode::from(ctrl_c::awaited_exit_code()))
 }
 
-fn board(args: &BoardArgs) -> Outcome {
+fn board(args: &BoardArgs) -> Result<(), Error> {
     let link = Config::discover()?.link(args.link.link.as_ref())?;
     if !link.is_simulated() {
         return Err(format!("{link} is a board: only simulated ones are served").into());
+    }
+    if let (Some(LinkUri::Tcp(listen)), Some(LinkUri::Tcp(port))) =
+        (&args.listen, &args.transparent)
+        && listen == port
+        && !listen.is_any_port()
+    {
+        return Err(
+            format!("--listen and --transparent are both {port}: expected two ports").into(),
+        );
     }
     let plant = virtual_arm::plant(&args.arm)?;
     let mut options = Options::new(Bench::with_servos(plant, &args.servos.kinds()?));
@@ -103,11 +131,11 @@ fn board(args: &BoardArgs) -> Outcome {
             if options.interactions.is_some() && !args.quiet {
                 stdio::note_text(touching(&at));
             }
-            drive(&link, options, host).1?;
+            drive(&link, options, UntilSignal(host)).1?;
         }
-        None => drive(&link, options, NoHost).1?,
+        None => drive(&link, options, UntilSignal(NoHost)).1?,
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// Commands that use the served board and its arm.

@@ -114,6 +114,9 @@ fn grid(args: &SweepArgs, config: &Config) -> Result<Grid, Error> {
     let (mut seeds, mut distinct) = (Vec::<u64>::new(), HashSet::new());
     for axis in parsed? {
         match axis {
+            Axis::Seeds(_) if !seeds.is_empty() => {
+                return Err("--over seed is given twice".into());
+            }
             Axis::Seeds(more) => seeds.extend(more),
             Axis::Values(key, _) if values.iter().any(|(known, _)| *known == key) => {
                 return Err(format!("--over {key} is given twice").into());

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use armbridge::watch::screen;
 use armbridge::watch::screen::ScreenError;
 use armbridge_client::ctrl_c::Signal;
-use armbridge_client::stdio;
 use armbridge_client::transport::Intent;
+use armbridge_client::{ctrl_c, stdio};
 use clap::Args;
 
 use super::Outcome;
@@ -67,7 +67,7 @@ pub(crate) fn run(args: &WatchArgs) -> Outcome {
         shown => {
             ended?;
             shown?;
-            Ok(ExitCode::SUCCESS)
+            Ok(ExitCode::from(ctrl_c::awaited_exit_code()))
         }
     }
 }

@@ -288,7 +288,8 @@ impl Config {
 /// The file in this folder, or in the nearest one above it that has one.
 pub fn find_file(folder: &Path) -> Option<PathBuf> {
     let mut files = folder.ancestors().map(|folder| folder.join(FILE_NAME));
-    files.find(|file| file.is_file())
+    // A folder of this name is refused, not left out.
+    files.find(|file| file.exists())
 }
 
 /// A key's value in a file, and its line.

@@ -68,9 +68,13 @@ fn the_nearest_file_upward_is_found() {
     let file = top.path().join("a").join(FILE_NAME);
     fs::write(&file, "").unwrap();
     fs::write(top.path().join(FILE_NAME), "").unwrap();
-    // A folder of that name is none.
-    fs::create_dir(deep.join(FILE_NAME)).unwrap();
     assert_eq!(find_file(&deep), Some(file));
+    // A folder of that name is a mistake.
+    let wrong = deep.join(FILE_NAME);
+    fs::create_dir(&wrong).unwrap();
+    assert_eq!(find_file(&deep).as_ref(), Some(&wrong));
+    let error = Config::of(Some(&wrong), |_| None).unwrap_err();
+    assert!(error.to_string().contains("cannot read"), "{error}");
 }
 
 #[test]

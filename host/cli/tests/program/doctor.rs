@@ -70,7 +70,8 @@ fn an_image_older_than_its_sources_is_found() {
     assert_eq!(image()["state"], "ok");
     std::fs::remove_file(source).unwrap();
     let image = image();
-    assert_eq!(image["finding"], "older than main.rs");
+    assert_eq!(image["state"], "stale");
+    assert_eq!(image["finding"], "older than firmware/src/main.rs");
     assert_eq!(image["remedy"], "cargo build-emulator");
 }
 

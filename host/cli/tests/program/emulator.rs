@@ -30,6 +30,8 @@ fn assert_fails(output: &Output, words: &[&str]) {
 fn image() -> Vec<u8> {
     let mut file = vec![0_u8; 84];
     file[..6].copy_from_slice(b"\x7FELF\x01\x01");
+    // For ARM.
+    file[18] = 40;
     // One entry of 32 bytes in the table of segments, behind the header.
     (file[28], file[42], file[44]) = (52, 32, 1);
     // To be loaded, 8 bytes.
@@ -80,7 +82,10 @@ fn changed_firmware_must_be_built_before_it_runs() {
     let file = File::options().write(true).open(&source).unwrap();
     file.set_modified(SystemTime::now() + Duration::from_secs(9))
         .unwrap();
-    let words = ["firmware/src/main.rs has changed", "cargo build-emulator"];
+    let words = [
+        "firmware/src/main.rs is newer than the firmware image",
+        "cargo build-emulator",
+    ];
     assert_fails(&run(&inside, &args), &words);
 
     fs::remove_dir_all(folder.path().join("target")).unwrap();
@@ -136,7 +141,7 @@ fn an_emulator_that_cannot_start_says_why() {
     assert!(errors.contains("cargo build-emulator"), "{errors}");
 
     fs::write(&path, "no image").unwrap();
-    let words = [image_name, "no ELF file", "cargo build-emulator"];
+    let words = [image_name, "no ELF file for ARM", "cargo build-emulator"];
     assert_fails(&run(folder, &args), &words);
 
     fs::write(&path, image()).unwrap();

@@ -7,6 +7,7 @@ mod cli;
 mod doctor;
 #[cfg(unix)]
 mod emulator;
+mod headlines;
 mod identification;
 mod inspect;
 mod links;
@@ -17,11 +18,14 @@ mod output;
 mod pages;
 mod program;
 mod readme;
+mod refusals;
 mod run;
 mod scenarios;
 mod servo_bus;
 mod servos;
 mod settings;
+#[cfg(unix)]
+mod signals;
 mod sweeps;
 #[cfg(unix)]
 mod terminal;

@@ -330,6 +330,33 @@ fn a_signal_that_ends_a_run_is_named() {
     assert!(!printed.contains("ctrl-c"), "{printed}");
 }
 
+/// Where it computes or reads at length, as well as between two figures.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_paper_and_plot_with_a_line_and_leaves_nothing() {
+    let program = Program::new("output-paper-ctrl-c");
+    let begun = |_| !names(&program.path("runs")).is_empty();
+    let output = signalled(&program, &["paper"], "-INT", begun);
+    let line = stderr(&output);
+    assert_eq!(output.status.code(), Some(130), "{line}");
+    assert!(
+        line.contains("ended by ctrl-c before the paper's numbers"),
+        "{line}"
+    );
+    assert_eq!(names(&program.path("runs")), [""; 0]);
+
+    program.prints(&["run", "upright", "--duration", "600", "--quiet"]);
+    let begun_at = std::time::Instant::now();
+    let begun = |_| begun_at.elapsed() > std::time::Duration::from_millis(300);
+    let args = ["plot", "--out", "plots"];
+    let output = signalled(&program, &args, "-TERM", begun);
+    let line = stderr(&output);
+    assert_eq!(output.status.code(), Some(143), "{line}");
+    assert!(line.contains("ended by a request to terminate"), "{line}");
+    let left = names(&program.path("plots"));
+    assert!(!left.iter().any(|name| name.contains(".part")), "{left:?}");
+}
+
 #[cfg(unix)]
 #[test]
 fn ctrl_c_leaves_no_half_export() {

@@ -83,7 +83,7 @@ fn a_scenario_is_read_from_standard_input() {
         .unwrap();
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success());
-    assert!(text(&output.stdout).starts_with("- is in order"));
+    assert!(text(&output.stdout).starts_with("stdin is in order"));
 }
 
 #[test]

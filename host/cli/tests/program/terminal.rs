@@ -204,7 +204,7 @@ fn a_request_to_terminate_restores_the_terminal_too() {
     let dashboard = Dashboard::start(&[]);
     dashboard.until("IDLE");
     dashboard.signal("-TERM");
-    assert_eq!(dashboard.ended().code(), Some(0));
+    assert_eq!(dashboard.ended().code(), Some(143));
 }
 
 /// A board that is served at this address, also after another one.

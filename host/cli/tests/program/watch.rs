@@ -163,6 +163,26 @@ fn an_arm_that_was_pushed_too_hard() {
 }
 
 #[test]
+fn a_fault_screen_shows_what_is_known_of_the_motors_and_who_clears() {
+    let mut model = regulated(shove(6 * S), 7 * S);
+    model.board.off = None;
+    let mut keys = Keys::default();
+    let drawn = screen(&model, &keys, (100, 30));
+    assert!(
+        drawn.contains("commanded off, not yet seen to be"),
+        "{drawn}"
+    );
+    assert!(drawn.contains("(c clears)"), "{drawn}");
+    keys.role = Some(LinkRole {
+        is_commander: false,
+        commander: None,
+        is_touchable: false,
+    });
+    let drawn = screen(&model, &keys, (100, 30));
+    assert!(drawn.contains("(its commander clears)"), "{drawn}");
+}
+
+#[test]
 fn a_link_that_broke() {
     let mut model = regulated(nudge(7 * S), 9 * S);
     model.take(&Event {

@@ -13,7 +13,7 @@ use crate::transport::usb_discovery;
 #[derive(Debug, thiserror::Error)]
 pub enum DeviceError {
     /// The system does not open it.
-    #[error("cannot open {}: {error}; {}", path.display(), advice(error))]
+    #[error("cannot open {}: {error}; {}", path.display(), advice(path, error))]
     Open {
         /// Its path.
         path: PathBuf,
@@ -35,8 +35,11 @@ pub enum DeviceError {
     },
 }
 
-fn advice(error: &io::Error) -> &'static str {
+fn advice(path: &Path, error: &io::Error) -> &'static str {
     match error.kind() {
+        io::ErrorKind::NotFound if path.starts_with("/dev/pts") => {
+            "does the program that offers this pseudo-terminal still run?"
+        }
         io::ErrorKind::NotFound => "is it plugged in? See /dev/serial/by-id",
         io::ErrorKind::PermissionDenied => {
             "you may have to be in its group, often `dialout`: see `ls -l`"

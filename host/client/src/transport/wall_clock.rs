@@ -141,7 +141,7 @@ impl LinkDriver<'_> {
         let patience = self.options.patience;
         if !self.options.is_quiet {
             stdio::note(format_args!(
-                "armbridge: {} broke: {error}; it is tried again for {} s",
+                "armbridge: {} broke: {error}; it is tried again for at most {} s",
                 self.uri,
                 patience.as_secs_f64()
             ));

@@ -92,11 +92,14 @@ impl Summary {
         text(|out| {
             writeln!(
                 out,
-                " loop     {}, {} ticks, {} missed, {} faults{missing}",
+                " loop     {}, {} ticks, {} missed, {}{missing}",
                 rate(self.run.period_us),
                 self.ticks,
                 self.missed_ticks,
-                self.faults.len()
+                match self.faults.len() {
+                    1 => "1 fault".to_owned(),
+                    count => format!("{count} faults"),
+                }
             )?;
             writeln!(
                 out,

@@ -46,7 +46,7 @@ pub enum ImageError {
     #[error("no firmware image at {}: build it with `cargo build-emulator`", .0.display())]
     NotBuilt(PathBuf),
     /// The file is not an image.
-    #[error("{} is no ELF file: build the image with `cargo build-emulator`", .0.display())]
+    #[error("{} is no ELF file for ARM: build the image with `cargo build-emulator`", .0.display())]
     NotAnImage(PathBuf),
     /// The list of the image's sources is missing.
     #[error(
@@ -65,9 +65,9 @@ pub enum ImageError {
         /// The tree that the program is called in.
         tree: PathBuf,
     },
-    /// The sources changed after the image was built.
+    /// A source is newer than the image; its contents may be the same.
     #[error(
-        "{} has changed since the firmware image was built: build it again with `cargo \
+        "{} is newer than the firmware image, or gone: build the image again with `cargo \
          build-emulator`, or name it to run it as it is, emulate:{}",
         source_file.display(), image.display()
     )]
@@ -175,10 +175,12 @@ fn listed(list: &str) -> Vec<PathBuf> {
 
 /// Contents of flash, from the beginning of the image to its end: what the ELF file loads
 /// there, variables' initial values included, zeros between. `None` if the file is no
-/// 32-bit little-endian ELF file that loads anything.
+/// 32-bit little-endian ELF file for ARM that loads anything.
 fn flash(elf: &[u8]) -> Option<Vec<u8>> {
     /// Kind of the segments that are loaded.
     const PT_LOAD: usize = 1;
+    /// The ARM architecture.
+    const EM_ARM: usize = 40;
 
     let word = |at: usize| {
         let bytes = elf.get(at..at.checked_add(4)?)?;
@@ -190,7 +192,7 @@ fn flash(elf: &[u8]) -> Option<Vec<u8>> {
         )))
     };
     // Class 32 bits, little endian, behind the magic bytes.
-    if !elf.starts_with(b"\x7FELF\x01\x01") {
+    if !elf.starts_with(b"\x7FELF\x01\x01") || half(18)? != EM_ARM {
         return None;
     }
     let (table, entry_len, entries) = (word(28)?, half(42)?, half(44)?);
@@ -232,6 +234,7 @@ mod tests {
         const ENTRY_LEN: usize = 32;
         let mut file = vec![0; HEADER_LEN + ENTRY_LEN * segments.len()];
         file[..6].copy_from_slice(b"\x7FELF\x01\x01");
+        file[18] = 40;
         file[28] = HEADER_LEN as u8;
         file[42] = ENTRY_LEN as u8;
         file[44] = segments.len() as u8;
@@ -269,6 +272,10 @@ mod tests {
         for len in 0..good.len() {
             assert_eq!(flash(&good[..len]), None, "{len} bytes");
         }
+        // For another machine: x86.
+        let mut other = good.clone();
+        other[18] = 3;
+        assert_eq!(flash(&other), None);
         // As far apart as flash and memory are.
         assert_eq!(flash(&elf(&[(0, b"text"), (0x2000_0000, b"data")])), None);
     }

@@ -138,6 +138,17 @@ impl PlantFile {
             path: path.into(),
             source,
         })?;
+        if text
+            .parse::<toml::Table>()
+            .is_ok_and(|keys| keys.is_empty())
+        {
+            let message = "sets no key, as `armbridge plants --explain` lists them; the paper's \
+                           arm needs no file";
+            return Err(DocumentError::Wrong {
+                place: toml_file::Place::from_offset(path, &text, 0),
+                message: message.into(),
+            });
+        }
         Self::parse(path, text)
     }
 

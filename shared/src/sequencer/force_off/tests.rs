@@ -51,8 +51,12 @@ fn a_motor_is_off_when_it_is_seen_to_be() {
         stops: 1,
         joints: [OffState::Off; JOINTS],
     };
+    assert_eq!(off.last_report(), None);
     assert_eq!(off.take_report(5_000), Some(report));
     assert_eq!(off.take_report(6_000), None);
+    assert_eq!(off.last_report(), Some(report));
+    off.begin(7_000, true);
+    assert_eq!(off.last_report(), None, "of the stop before");
 }
 
 #[test]

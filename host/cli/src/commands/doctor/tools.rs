@@ -62,10 +62,10 @@ pub(super) fn image() -> Finding {
             "change to the source tree, or name an image: emulate:IMAGE",
         ),
         Err(ImageError::NotBuilt(_)) => Finding::missing("not built", BUILD),
-        Err(ImageError::Stale { source_file, .. }) => {
-            let name = source_file.file_name().unwrap_or_default();
-            Finding::missing(format!("older than {}", name.display()), BUILD)
-        }
+        Err(ImageError::Stale { source_file, .. }) => Finding::Stale {
+            what: format!("older than {}", source_file.display()),
+            remedy: BUILD.into(),
+        },
         Err(ImageError::OtherTree { .. }) => Finding::missing("built from another tree", BUILD),
         Err(error) => Finding::missing(error.to_string(), BUILD),
     }

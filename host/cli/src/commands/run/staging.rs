@@ -23,13 +23,17 @@ pub(in crate::commands) struct Staging<'a> {
 }
 
 impl Staging<'_> {
-    /// Options of the link. Pushes are left out where the arm is real.
+    /// Options of the link. Pushes are left out where the arm is not simulated here.
     pub(in crate::commands) fn options(&self, scenario: &mut Scenario) -> Options {
         if !self.link.is_simulated() && !scenario.plan.pushes.is_empty() {
+            let left_out = match scenario.plan.pushes.len() {
+                1 => "push is".to_owned(),
+                count => format!("{count} pushes are"),
+            };
             stdio::note(format_args!(
-                "note: at {} the scenario's {} pushes are left out; only a simulated arm is pushed",
-                self.link,
-                scenario.plan.pushes.len()
+                "note: at {} the scenario's {left_out} left out: a run pushes the arm of sim: and \
+                 emulate: alone",
+                self.link
             ));
             scenario.plan.pushes.clear();
             scenario.expect.recovers_within_s = None;

@@ -1,8 +1,10 @@
 //! `armbridge serve servos`: the virtual servos in wall-clock time.
 
+use std::collections::HashSet;
+
 use armbridge_client::endpoint::Endpoint;
-use armbridge_client::stdio;
 use armbridge_client::transport::LinkUri;
+use armbridge_client::{ctrl_c, stdio};
 use armbridge_shared::servo::Firmware;
 use armbridge_sim::Bench;
 use armbridge_sim::raw_bus_server::WallClockBench;
@@ -10,7 +12,8 @@ use armbridge_sim::servo_kind;
 use armbridge_sim::servo_kind::{KindError, ServoKind};
 use clap::Args;
 
-use super::super::{Outcome, virtual_arm};
+use super::super::{Error, virtual_arm};
+use crate::args::listen::{FORMS, listen_at};
 use crate::args::{ArmArgs, ExposeArgs};
 
 /// Rates that a bus can have: what a stock servo has at the least, and what
@@ -22,7 +25,7 @@ const BAUDS: std::ops::RangeInclusive<i64> = 7_843..=2_000_000;
 pub(crate) struct ServosArgs {
     /// Serve on a TCP port, to one program at a time, or by `pty:` on a new
     /// pseudo-terminal, whose name is printed.
-    #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
+    #[arg(long, value_name = FORMS, value_parser = listen_at)]
     pub(crate) listen: LinkUri,
     #[command(flatten)]
     pub(crate) expose: ExposeArgs,
@@ -80,6 +83,9 @@ pub(crate) enum ServosError {
         count: usize,
         ids: usize,
     },
+    /// Two servos of one bus would answer at once.
+    #[error("id {0} is given to two {1} servos: expected another id for each")]
+    Repeated(u8, Firmware),
     /// No such servo.
     #[error(transparent)]
     Kind(#[from] KindError),
@@ -91,6 +97,12 @@ impl ServosArgs {
         let ids = self.ids.len();
         let firmware = one_each(&self.firmware, "--firmware", ids)?;
         let baud = one_each(&self.servo_baud, "--servo-baud", ids)?;
+        let mut known = HashSet::new();
+        let mut servos = self.ids.iter().zip(&firmware);
+        // Those of the other firmware leave its packets unanswered.
+        if let Some((id, firmware)) = servos.find(|servo| !known.insert(*servo)) {
+            return Err(ServosError::Repeated(*id, *firmware));
+        }
         let servos = self.ids.iter().zip(firmware).zip(baud);
         servos
             .map(|((id, firmware), baud)| Ok(ServoKind::new(firmware, *id, baud)?))
@@ -115,16 +127,17 @@ fn one_each<T: Copy>(
     }
 }
 
-pub(super) fn run(args: &ServosArgs) -> Outcome {
+pub(super) fn run(args: &ServosArgs) -> Result<(), Error> {
     let plant = virtual_arm::plant(&args.arm)?;
     let kinds = args.kinds()?;
     let mut bench = Bench::with_servos(plant, &kinds);
     bench.set_baud(args.baud);
-    let mut bench = WallClockBench::new(bench, args.slow);
+    let mut bench = WallClockBench::new(bench, args.slow).interrupted_by(ctrl_c::is_raised);
     let who = in_words(&kinds);
     match &args.listen {
         LinkUri::Tcp(endpoint) => on_tcp(args, &who, endpoint, &mut bench),
         LinkUri::Pty(None) => on_pty(args, &who, &mut bench),
+        // Not parsed as an argument.
         other @ (LinkUri::Usb(_) | LinkUri::Serial(_) | LinkUri::Pty(Some(_))) => Err(format!(
             "servos cannot be offered on {other}: expected tcp://HOST:PORT or pty:"
         )
@@ -164,7 +177,7 @@ fn on_tcp(
     who: &str,
     endpoint: &Endpoint,
     bench: &mut WallClockBench,
-) -> Outcome {
+) -> Result<(), Error> {
     let (listener, at) = endpoint.listen(args.expose.into())?;
     stdio::note(format_args!(
         "virtual servos {who} on {at}, raw bus bytes at {} baud; end with ctrl-c",
@@ -173,12 +186,16 @@ fn on_tcp(
     stdio::note(protocol(&args.firmware));
     let mut next = None;
     loop {
-        let (stream, peer) = match next.take() {
-            Some(next) => next,
+        let connection = match next.take() {
+            Some(next) => Some(next),
             None => bench.accept(&listener)?,
+        };
+        let Some((stream, peer)) = connection.filter(|_| !ctrl_c::is_raised()) else {
+            return Ok(());
         };
         stdio::note(format_args!("{peer} is on the bus"));
         match bench.serve_socket(&stream, &listener, args.echo) {
+            Ok(_) if ctrl_c::is_raised() => return Ok(()),
             Ok(waiting) => {
                 next = waiting;
                 stdio::note(format_args!(
@@ -191,7 +208,7 @@ fn on_tcp(
 }
 
 #[cfg(unix)]
-fn on_pty(args: &ServosArgs, who: &str, bench: &mut WallClockBench) -> Outcome {
+fn on_pty(args: &ServosArgs, who: &str, bench: &mut WallClockBench) -> Result<(), Error> {
     use armbridge_client::pty::Pty;
 
     let pty = Pty::open()?;
@@ -203,11 +220,11 @@ fn on_pty(args: &ServosArgs, who: &str, bench: &mut WallClockBench) -> Outcome {
     stdio::print_line(pty.name())?;
     let baud = move || Pty::baud(&ours);
     bench.serve(pty.controller()?, pty.controller()?, baud, args.echo)?;
-    Ok(std::process::ExitCode::SUCCESS)
+    Ok(())
 }
 
 #[cfg(not(unix))]
-fn on_pty(_: &ServosArgs, _: &str, _: &mut WallClockBench) -> Outcome {
+fn on_pty(_: &ServosArgs, _: &str, _: &mut WallClockBench) -> Result<(), Error> {
     Err("there are no pseudo-terminals on this system: use --listen tcp://127.0.0.1:PORT".into())
 }
 
@@ -253,6 +270,7 @@ mod tests {
             (["--firmware", "xl430"].as_slice(), "morpheus or stock"),
             (&["--ids", "1,254"], "0..=253"),
             (&["--ids", "0"], "1 to 253"),
+            (&["--ids", "1,2,1"], "id 1 is given to two"),
             (&["--servo-baud", "1,2,3"], "one for each id"),
             (&["--servo-baud", "750000"], "no rate of 750000"),
             (&["--baud", "300"], "7843"),

@@ -51,8 +51,9 @@ pub(super) fn observer(role: LinkRole) -> Option<Line<'static>> {
     ))
 }
 
-/// Mode of the board, and its fault or obstacle: one to three lines.
-pub(super) fn state(model: &Model) -> Vec<Line<'static>> {
+/// Mode of the board, and its fault or obstacle: one to three lines. An observer clears no
+/// fault.
+pub(super) fn state(model: &Model, is_observer: bool) -> Vec<Line<'static>> {
     match model.line() {
         LinkLine::Opening => {
             return vec![badge(
@@ -71,7 +72,7 @@ pub(super) fn state(model: &Model) -> Vec<Line<'static>> {
         return vec![badge("CONNECTED", theme::warn(), &waiting_for(model))];
     };
     if let Mode::Fault(fault) = mode {
-        return tripped(model, fault);
+        return tripped(model, fault, is_observer);
     }
     let (word, meaning) = fault_text::mode(mode);
     let style = match mode {
@@ -140,7 +141,7 @@ fn lost(model: &Model, word: &str, cause: &str, ns: u64) -> Vec<Line<'static>> {
     lines
 }
 
-fn tripped(model: &Model, fault: Fault) -> Vec<Line<'static>> {
+fn tripped(model: &Model, fault: Fault, is_observer: bool) -> Vec<Line<'static>> {
     let (cause, details, remedy) = if let Some(trip) = &model.board.trip {
         let description = fault_text::in_words(trip);
         let measured = description
@@ -153,10 +154,15 @@ fn tripped(model: &Model, fault: Fault) -> Vec<Line<'static>> {
         (cause.to_owned(), String::new(), remedy)
     };
     let off = model.board.off.as_ref().map(fault_text::off);
-    let after = off.unwrap_or_else(|| "stopping".to_owned());
+    let after = off.unwrap_or_else(|| "motors commanded off, not yet seen to be".to_owned());
+    let how = if is_observer {
+        "its commander clears"
+    } else {
+        "c clears"
+    };
     vec![
         badge("FAULT", theme::bad(), &cause),
         Line::from(format!("   {details}{after}")),
-        Line::from(format!(" → {remedy} (c clears)")).style(theme::warn()),
+        Line::from(format!(" → {remedy} ({how})")).style(theme::warn()),
     ]
 }

@@ -41,10 +41,10 @@ const KEYS: &str =
 pub fn draw(frame: &mut Frame<'_>, model: &Model, keys: &Keys, link_name: &str) {
     let area = frame.area();
     if area.width < LEAST.0 || area.height < LEAST.1 {
-        too_small(frame, area, model);
+        too_small(frame, area, model, keys.is_observer());
         return;
     }
-    let mut state = head::state(model);
+    let mut state = head::state(model, keys.is_observer());
     state.extend(keys.role.and_then(head::observer));
     let below = if area.height < HIGH { 7 } else { 10 };
     let [title, top, joints, health, answer, last] = Layout::vertical([
@@ -92,8 +92,8 @@ fn conversation(model: &Model, keys: &Keys) -> Line<'static> {
 }
 
 /// Mode and keys, on a terminal too small for the dashboard.
-fn too_small(frame: &mut Frame<'_>, area: Rect, model: &Model) {
-    let mut lines = head::state(model);
+fn too_small(frame: &mut Frame<'_>, area: Rect, model: &Model, is_observer: bool) {
+    let mut lines = head::state(model, is_observer);
     lines.push(Line::from(format!(
         "this terminal is {}x{}, the dashboard needs {}x{}: make it larger",
         area.width, area.height, LEAST.0, LEAST.1

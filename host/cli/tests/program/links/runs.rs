@@ -60,6 +60,7 @@ fn a_run_whose_link_is_unplugged_ends_and_keeps_its_log() {
     until_it_regulates(&board);
     cable.unplug();
     let output = child.wait_with_output().unwrap();
+    assert_ends(&output, 1, "it is tried again for at most 0.5 s");
     assert_ends(&output, 1, "did not come back in 0.5 s");
     assert_whole(&left(&output));
     board.until_off();

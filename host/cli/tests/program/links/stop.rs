@@ -68,6 +68,9 @@ fn every_program_that_has_the_link_stops() {
         assert_ends(&output, 0, "the board reports emergency_stop_host");
         board.until_off();
         assert_ends(&owner.wait_with_output().unwrap(), code, words);
+        // A host that joins later learns how the stop ended.
+        let seen_off = "both motors are seen to be off";
+        assert_ends(&run(&board.link, &["status"]), 0, seen_off);
         // Nobody has it now, and the board takes the stop itself.
         assert_ends(&run(&board.link, &["stop"]), 0, "stopped: emergency stop");
         assert_ends(
