@@ -17,7 +17,7 @@ use armbridge_client::event::{Direction, Event, EventKind, LinkDecoder};
 use armbridge_client::session::{ChannelHost, Request, SessionHandle};
 use armbridge_shared::arm::State;
 use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
-use armbridge_shared::link::message::{Command, Drive, Mode, Record, ToHost};
+use armbridge_shared::link::message::{Command, Drive, Mode, Record, Refusal, ToBoard, ToHost};
 use armbridge_shared::link::server::{LinkRole, Program};
 use armbridge_sim::Bench;
 use armbridge_sim::link::{BoardUri, Options, drive};
@@ -228,6 +228,35 @@ fn an_experiment_and_how_it_ended() {
     assert!(drawn.contains(ended), "{drawn}");
     let drawn = draw(&mut model, in_drive(Drive::Track));
     assert!(!drawn.contains(ended), "{drawn}");
+}
+
+#[test]
+fn an_arm_that_lies_beyond_its_limit_can_be_lifted_and_the_screen_says_so() {
+    let mut model = watched(nudge(9 * S), S, false);
+    let arm = Command::Arm { session: 1 };
+    let refused = ToHost::Ack {
+        sequence: 9,
+        result: Err(Refusal::BeyondLimit { joint: 0 }),
+        moment: None,
+    };
+    for kind in [
+        EventKind::Sent(9, ToBoard::Command(arm)),
+        EventKind::Received(0, refused),
+    ] {
+        model.take(&Event { host_ns: S, kind });
+    }
+    let drawn = screen(&model, &Keys::new(true), (80, 24));
+    let lines: Vec<_> = drawn.lines().map(str::trim).collect();
+    let words = "refused: joint 1 stands beyond its angle limit; move it inside by hand, or check \
+                 its calibration; or press l, which lifts the simulated arm";
+    assert!(lines.join(" ").contains(words), "{drawn}");
+    assert!(lines.last().is_some_and(|keys| keys.contains("q quit")));
+    // There is no such key where the arm is real.
+    let drawn = screen(&model, &Keys::new(false), (80, 24));
+    assert!(
+        drawn.contains("its calibration") && !drawn.contains("press l"),
+        "{drawn}"
+    );
 }
 
 #[test]

@@ -1,4 +1,9 @@
 //! Measurements: where a joint is held, and which way it was turned.
+//!
+//! Whether it was still is judged against noise, not by least and most counts, which grow
+//! with the number of samples: by the means of both halves and by the scatter. A still joint
+//! whose encoder has up to 2 counts rms of white noise is refused less than once in a
+//! million measurements; one that creeps by more than 1.25 counts from half to half is.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Direction;
@@ -6,9 +11,13 @@ use armbridge_shared::link::message::Record;
 
 /// Ticks that a measurement takes: 0.3 s at 1 kHz, longer than a hand trembles.
 const TICKS: u32 = 300;
-/// Counts between least and most while the arm is held still. Its encoder's noise is
-/// one or two; 6 are 31 mrad, and no zero.
-const SPREAD_MAX: u16 = 6;
+/// Largest difference between the means of both halves, in counts. Noise of 2 counts, and
+/// rounding, gives differences of 2 * 2.02 / sqrt(270) = 0.25 counts rms: this is five times
+/// that, exceeded once in 2 million measurements.
+const DRIFT_MAX: f64 = 1.25;
+/// Largest rms deviation from the mean, in counts. That of 270 samples of the same noise
+/// exceeds 2.45 once in a million measurements (chi-square with 269 degrees of freedom).
+const SCATTER_MAX: f64 = 2.5;
 /// Share of the samples that must have come.
 const SHARE_MIN: f64 = 0.9;
 /// Counts from either end of the track at which a potentiometer is not to be trusted.
@@ -22,18 +31,27 @@ const TURN_MIN: f64 = 60.0;
 /// Why a measurement is unusable, and a remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unusable {
-    /// It moved, or its encoder is noisy.
+    /// It crept.
     #[error(
-        "joint {joint} was not still: counts from {least} to {most}; hold it, and look at its \
-         encoder if it was held"
+        "joint {joint} was not still: it crept by {drift:.1} counts where {DRIFT_MAX} are \
+         allowed; hold it"
+    )]
+    Moved {
+        /// From 1.
+        joint: usize,
+        /// Mean of the second half minus that of the first, in counts.
+        drift: f64,
+    },
+    /// It trembled, or its encoder is noisy.
+    #[error(
+        "joint {joint} was not still: its counts scatter by {scatter:.1} rms where {SCATTER_MAX} \
+         are allowed; hold it, and look at its encoder if it was held"
     )]
     Noisy {
         /// From 1.
         joint: usize,
-        /// Smallest count.
-        least: u16,
-        /// Largest count.
-        most: u16,
+        /// Rms deviation from the mean, in counts.
+        scatter: f64,
     },
     /// Its servo did not answer often enough.
     #[error("{missing} of {of} samples of joint {joint} are missing; check its bus wiring")]
@@ -73,6 +91,21 @@ pub enum Unusable {
          turn one joint alone; if you did, the servos' ids are swapped"
     )]
     OtherJoint {
+        /// From 1.
+        joint: usize,
+        /// In counts.
+        moved: f64,
+        /// From 1.
+        other: usize,
+        /// In counts.
+        other_moved: f64,
+    },
+    /// Both were: swapped ids cannot be told from the right ones.
+    #[error(
+        "joint {joint} was turned by {moved:.0} counts and joint {other} by {other_moved:.0}: \
+         turn one joint alone, and hold the other one in line with it"
+    )]
+    Both {
         /// From 1.
         joint: usize,
         /// In counts.
@@ -129,11 +162,19 @@ impl Sampler {
                 });
             }
         }
-        if most - least > SPREAD_MAX {
+        let (first, second) = counts.split_at(counts.len() / 2);
+        let drift = mean(second) - mean(first);
+        if drift.abs() > DRIFT_MAX {
+            return Err(Unusable::Moved {
+                joint: number,
+                drift,
+            });
+        }
+        let scatter = scatter(counts);
+        if scatter > SCATTER_MAX {
             return Err(Unusable::Noisy {
                 joint: number,
-                least,
-                most,
+                scatter,
             });
         }
         Ok([0, 1].map(|joint| mean(&self.counts[joint])))
@@ -145,6 +186,15 @@ fn mean(counts: &[u16]) -> f64 {
     sum / counts.len().max(1) as f64
 }
 
+/// Rms deviation from the mean.
+fn scatter(counts: &[u16]) -> f64 {
+    let mean = mean(counts);
+    let squares = counts
+        .iter()
+        .map(|count| (f64::from(*count) - mean).powi(2));
+    (squares.sum::<f64>() / counts.len().max(1) as f64).sqrt()
+}
+
 /// Sign of `joint`: whether its counts rise towards positive angles.
 pub(super) fn direction(joint: usize, zero: &Pose, turned: &Pose) -> Result<Direction, Unusable> {
     let other = 1 - joint;
@@ -152,6 +202,14 @@ pub(super) fn direction(joint: usize, zero: &Pose, turned: &Pose) -> Result<Dire
     let other_moved = turned[other] - zero[other];
     if other_moved.abs() >= TURN_MIN && other_moved.abs() > moved.abs() {
         return Err(Unusable::OtherJoint {
+            joint: joint + 1,
+            moved,
+            other: other + 1,
+            other_moved,
+        });
+    }
+    if moved.abs() >= TURN_MIN && other_moved.abs() >= TURN_MIN {
+        return Err(Unusable::Both {
             joint: joint + 1,
             moved,
             other: other + 1,
@@ -175,6 +233,8 @@ pub(super) fn direction(joint: usize, zero: &Pose, turned: &Pose) -> Result<Dire
 mod tests {
     use super::*;
     use armbridge_shared::link::message::{Missing, Mode, Sample};
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_pcg::Pcg32;
 
     fn record(tick: u32, samples: [Sample; JOINTS]) -> Record {
         Record {
@@ -209,15 +269,45 @@ mod tests {
         );
     }
 
+    /// A joint at `at(tick)` counts, with noise of this many counts rms.
+    fn noisy(seed: u64, noise: f64, at: impl Fn(f64) -> f64) -> Result<Pose, Unusable> {
+        let mut random = Pcg32::new(seed, 0);
+        let counts: Vec<u16> = (0..=TICKS)
+            .map(|tick| {
+                let z: f64 = StandardNormal.sample(&mut random);
+                (at(f64::from(tick)) + noise * z).round() as u16
+            })
+            .collect();
+        pose(|tick| Some(counts[tick as usize]))
+    }
+
+    #[test]
+    fn noise_is_no_motion_and_slow_motion_is_no_noise() {
+        for noise in [0.0, 0.3, 1.0, 2.0] {
+            for seed in 0..500 {
+                let held = noisy(seed, noise, |_| 511.6);
+                let held = held.unwrap_or_else(|why| panic!("{noise} counts, {seed}: {why}"));
+                assert!((held[0] - 511.6).abs() < 0.7, "{noise} counts: {held:?}");
+                // 5 counts in the 0.3 s, 0.09 rad/s: half of it from half to half.
+                let creeps = noisy(seed, noise, |tick| 511.6 + tick / 60.0);
+                assert!(
+                    matches!(creeps, Err(Unusable::Moved { joint: 1, .. })),
+                    "{noise} counts, {seed}: {creeps:?}"
+                );
+            }
+        }
+    }
+
     #[test]
     fn what_is_no_use_is_refused() {
-        assert_eq!(
-            pose(|tick| Some(500 + (tick / 30) as u16)),
-            Err(Unusable::Noisy {
-                joint: 1,
-                least: 500,
-                most: 510
-            })
+        let swings = pose(|tick| Some(500 + (tick % 20) as u16)).unwrap_err();
+        assert!(
+            matches!(swings, Unusable::Noisy { joint: 1, .. }),
+            "{swings}"
+        );
+        assert!(
+            swings.to_string().contains("scatter by 5.8 rms"),
+            "{swings}"
         );
         assert_eq!(
             pose(|tick| (tick % 5 > 0).then_some(500)),
@@ -246,6 +336,10 @@ mod tests {
         for (turned, words) in [
             ([530.0, 500.0], "by 18 counts only"),
             ([512.0, 380.0], "joint 2 by -120: turn one joint alone"),
+            (
+                [600.0, 580.0],
+                "by 88 counts and joint 2 by 80: turn one joint alone",
+            ),
         ] {
             let error = direction(0, &zero, &turned).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");

@@ -182,7 +182,10 @@ impl<G: Guide> Calibrate<G> {
         if self.attempts >= ATTEMPTS {
             return Err(TaskError::Unusable(why));
         }
-        self.guide.say(&format!("Not usable: {why}."));
+        self.guide.say(&format!(
+            "Not usable: {why}. That was attempt {} of {ATTEMPTS}.",
+            self.attempts
+        ));
         Ok(())
     }
 

@@ -33,8 +33,8 @@ pub struct Link {
     frames: Rate,
     received_ns: Option<u64>,
     parted_ns: Option<u64>,
-    /// Each command's title, and when it was sent in ns.
-    open: PendingCommands<(&'static str, u64)>,
+    /// Each command, and when it was sent in ns.
+    open: PendingCommands<(Command, u64)>,
     /// Frames that went missing on their way.
     pub lost: u64,
     /// Frames that came damaged.
@@ -49,6 +49,9 @@ pub struct Link {
     pub round_trip_ns: Option<u64>,
     /// Result of the latest command.
     pub answer: Option<String>,
+    /// Why the board is not armed, if it was asked to be. What is asked of the arm after that
+    /// is refused for this reason, whatever else is the matter with it.
+    pub arm_refusal: Option<Refusal>,
 }
 
 impl Link {
@@ -69,23 +72,31 @@ impl Link {
     /// The host sent a frame.
     pub fn sent(&mut self, now_ns: u64, sequence: u16, message: &ToBoard) {
         if let ToBoard::Command(command) = message {
-            self.open.sent(sequence, (title(command), now_ns));
+            self.open.sent(sequence, (*command, now_ns));
         }
     }
 
     /// The board answered it.
     pub fn acknowledged(&mut self, now_ns: u64, sequence: u16, result: Result<(), Refusal>) {
-        if let Some((title, sent_ns)) = self.open.acknowledged(sequence) {
-            self.round_trip_ns = Some(now_ns.saturating_sub(sent_ns));
-            self.answer = match result {
-                Ok(()) => Some(format!("{title}: done")),
-                // The client repeats the command.
-                Err(Refusal::Busy) => return,
-                Err(refusal) => Some(format!(
-                    "{title}: refused: {}",
-                    refusal_text::in_words(refusal)
-                )),
-            };
+        let Some((command, sent_ns)) = self.open.acknowledged(sequence) else {
+            return;
+        };
+        self.round_trip_ns = Some(now_ns.saturating_sub(sent_ns));
+        let title = title(&command);
+        let is_arm = matches!(command, Command::Arm { .. });
+        match result {
+            // The client repeats the command.
+            Err(Refusal::Busy) => {}
+            Err(_) if self.arm_refusal.is_some() && needs_arm(&command) => {}
+            Err(refusal) => {
+                self.arm_refusal = is_arm.then_some(refusal);
+                let words = refusal_text::in_words(refusal);
+                self.answer = Some(format!("{title}: refused: {words}"));
+            }
+            Ok(()) => {
+                self.arm_refusal = None;
+                self.answer = Some(format!("{title}: done"));
+            }
         }
     }
 
@@ -124,6 +135,18 @@ impl Link {
     }
 }
 
+/// Whether only a board that is armed obeys it.
+fn needs_arm(command: &Command) -> bool {
+    matches!(
+        command,
+        Command::Torque(_)
+            | Command::Regulate(_)
+            | Command::Follow(_)
+            | Command::Stream { .. }
+            | Command::Experiment(_)
+    )
+}
+
 /// A command's name, with blanks.
 fn title(command: &Command) -> &'static str {
     match command {
@@ -140,5 +163,31 @@ fn title(command: &Command) -> &'static str {
         | Command::Configure(_)
         | Command::Limit(_)
         | Command::Save => enum_names::command(command),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_follows_a_refusal_to_arm_does_not_hide_its_cause() {
+        let mut link = Link::default();
+        let mut ask = |sequence, command, result| {
+            link.sent(0, sequence, &ToBoard::Command(command));
+            link.acknowledged(1, sequence, result);
+            link.answer.clone().unwrap()
+        };
+        let arm = Command::Arm { session: 1 };
+        let regulate = Command::Regulate([2.0, 0.0]);
+        let cause = "arm: refused: joint 2 stands beyond its angle limit";
+        let beyond = Err(Refusal::BeyondLimit { joint: 1 });
+        assert!(ask(1, arm, beyond).starts_with(cause));
+        assert!(ask(2, regulate, Err(Refusal::Disarmed)).starts_with(cause));
+        assert!(ask(3, regulate, Err(Refusal::OutOfRange)).starts_with(cause));
+        // Once it is armed, a refusal has a cause of its own.
+        assert_eq!(ask(4, arm, Ok(())), "arm: done");
+        let refused = ask(5, regulate, Err(Refusal::OutOfRange));
+        assert!(refused.starts_with("regulate: refused"), "{refused}");
     }
 }

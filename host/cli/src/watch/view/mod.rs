@@ -18,7 +18,9 @@ mod joint;
 mod plot;
 mod theme;
 
+use armbridge_log::text_table;
 use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::Refusal;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
@@ -47,12 +49,13 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model, keys: &Keys, link_name: &str) 
     let mut state = head::state(model, keys.is_observer());
     state.extend(keys.role.and_then(head::observer));
     let below = if area.height < HIGH { 7 } else { 10 };
+    let conversation = conversation(model, keys, area.width.into());
     let [title, top, joints, health, answer, last] = Layout::vertical([
         Constraint::Length(1),
         Constraint::Length(state.len() as u16),
         Constraint::Min(10),
         Constraint::Length(below),
-        Constraint::Length(1),
+        Constraint::Length(conversation.len() as u16),
         Constraint::Length(1),
     ])
     .areas(area);
@@ -72,23 +75,32 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model, keys: &Keys, link_name: &str) 
     health::link(frame, left, model);
     health::bus(frame, middle, model);
     health::timing(frame, right, model);
-    frame.render_widget(conversation(model, keys), answer);
+    frame.render_widget(Text::from(conversation), answer);
     frame.render_widget(Line::from(KEYS).style(theme::badge(Style::new())), last);
     if keys.is_helping {
         help::draw(frame, area, keys.is_touchable);
     }
 }
 
-/// A question first, then why a key did nothing, then what the board answered.
-fn conversation(model: &Model, keys: &Keys) -> Line<'static> {
+/// A question first, then why a key did nothing, then what the board answered: one line, or
+/// as many as a long answer takes.
+fn conversation(model: &Model, keys: &Keys, width: usize) -> Vec<Line<'static>> {
     if let Some(question) = keys.question {
-        return Line::from(format!(" ? {}", question.text())).style(theme::badge(theme::warn()));
+        let question = Line::from(format!(" ? {}", question.text()));
+        return vec![question.style(theme::badge(theme::warn()))];
     }
     if let Some(note) = keys.note {
-        return Line::from(format!(" {note}")).style(theme::warn());
+        return vec![Line::from(format!(" {note}")).style(theme::warn())];
     }
-    let answer = model.link.answer.clone().unwrap_or_default();
-    Line::from(format!(" {answer}"))
+    let mut answer = model.link.answer.clone().unwrap_or_default();
+    if let (Some(Refusal::BeyondLimit { .. }), true) = (model.link.arm_refusal, keys.is_touchable) {
+        answer.push_str("; or press l, which lifts the simulated arm");
+    }
+    let lines = text_table::wrap(answer.split(' '), " ", width - 1, "");
+    lines
+        .into_iter()
+        .map(|line| Line::from(format!(" {line}")))
+        .collect()
 }
 
 /// Mode and keys, on a terminal too small for the dashboard.
