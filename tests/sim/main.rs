@@ -26,6 +26,7 @@ mod servo_bus;
 mod servo_time_steps;
 mod settings;
 mod summary;
+mod summary_torque;
 mod supervisor;
 mod sweep;
 mod torque_off;

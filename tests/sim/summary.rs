@@ -288,6 +288,8 @@ fn table_fits_and_json_keeps_its_keys() {
         "pushes",
         "tracking_rms_mrad",
         "peak_torque_nm",
+        "peak_torque_limit_nm",
+        "rest_torque",
         "peak_pwm_deviation",
         "start_error_us",
         "bus_us",

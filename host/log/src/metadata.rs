@@ -106,7 +106,7 @@ pub(super) fn board(report: &BoardReport) -> Metadata {
         BOARD,
         [
             ("image", image),
-            ("session", format!("{:08x}", report.session)),
+            ("session", format!("{:#x}", report.session)),
             ("json", json(report)),
         ],
     )

@@ -98,6 +98,19 @@ impl RunFacts {
         (f64::from(count) - self.zero_count[joint]) * self.rad_per_count[joint]
     }
 
+    /// Largest torque in N m, by magnitude, that can be commanded in the direction of `sign`;
+    /// without one, in either.
+    pub fn torque_limit_nm(&self, joint: usize, sign: f64) -> f64 {
+        let [low_nm, high_nm] = self.torque_limits_nm[joint].map(f64::abs);
+        if sign < 0.0 {
+            low_nm
+        } else if sign > 0.0 {
+            high_nm
+        } else {
+            low_nm.min(high_nm)
+        }
+    }
+
     /// World, seed and period, for titles.
     pub fn describe(&self) -> String {
         let seed = self

@@ -99,7 +99,7 @@ impl Outcome {
             mean_error_mrad: mrad(mean(&resting, |t, j| t.error_rad[j])),
             rms_error_mrad: mrad(rms(&resting, |t, j| t.error_rad[j])),
             peak_to_peak_mrad: mrad(peak_to_peak(&resting)),
-            tracking_rms_mrad: moving(&ticks).map(|t| mrad(rms(t, |t, j| t.error_rad[j]))),
+            tracking_rms_mrad: moving(&ticks).map(|t| mrad(rms(&t, |t, j| t.error_rad[j]))),
             torque_rms_nm: rms(&resting, |t, j| t.after.torque_nm[j]),
             torque_peak_nm: peak(&ticks, |t, j| t.after.torque_nm[j]),
             speed_error_rms_rad_s: rms(&ticks, |t, j| {
@@ -157,17 +157,14 @@ fn settled_s(ticks: &[Tick], since_us: u64) -> Option<f64> {
     Some(inside.record.start_us.saturating_sub(since_us) as f64 * 1e-6)
 }
 
-/// From the first to the last tick at which the reference had a speed.
-fn moving<'a, 'b>(ticks: &'b [Tick<'a>]) -> Option<&'b [Tick<'a>]> {
-    let moves = |tick: &Tick| {
-        tick.record
-            .reference_speed_rad_s
-            .iter()
-            .any(|s| s.abs() > 0.0)
+/// Ticks at which the reference has a speed.
+fn moving<'a>(ticks: &[Tick<'a>]) -> Option<Vec<Tick<'a>>> {
+    let moves = |tick: &&Tick| {
+        let speeds = tick.record.reference_speed_rad_s;
+        speeds.iter().any(|speed| speed.abs() > 0.0)
     };
-    let first = ticks.iter().position(moves)?;
-    let last = ticks.iter().rposition(moves)?;
-    Some(&ticks[first..=last])
+    let moving: Vec<Tick> = ticks.iter().filter(moves).copied().collect();
+    (!moving.is_empty()).then_some(moving)
 }
 
 fn mean(ticks: &[Tick], value: impl Fn(&Tick, usize) -> f64) -> Joints {

@@ -5,6 +5,8 @@
 pub(crate) enum Scale {
     /// Linear.
     Linear,
+    /// Linear, for whole numbers: no ticks between them.
+    Whole,
     /// Logarithmic, for positive values.
     Log,
     /// Logarithmic from one unit on and linear below, for values that may be zero.
@@ -24,7 +26,7 @@ impl Scale {
         match self {
             // `max` would turn a NaN into a number.
             _ if value.is_nan() => value,
-            Self::Linear => value,
+            Self::Linear | Self::Whole => value,
             Self::Log => value.max(f64::MIN_POSITIVE).ln(),
             Self::LogFromOne => value.max(0.0).ln_1p(),
         }
@@ -65,14 +67,15 @@ impl Axis {
     /// Tick values and labels, at most about `max_ticks`.
     pub(crate) fn ticks(&self, max_ticks: f64) -> Vec<(f64, String)> {
         match self.scale {
-            Scale::Linear => self.even_ticks(max_ticks),
+            Scale::Linear => self.even_ticks(max_ticks, 0.0),
+            Scale::Whole => self.even_ticks(max_ticks, 1.0),
             Scale::Log | Scale::LogFromOne => self.decade_ticks(max_ticks),
         }
     }
 
-    /// Multiples of 1, 2 or 5 times a power of ten.
-    fn even_ticks(&self, max_ticks: f64) -> Vec<(f64, String)> {
-        let raw = (self.high - self.low) / max_ticks.max(1.0);
+    /// Multiples, no closer than `least`, of 1, 2 or 5 times a power of ten.
+    fn even_ticks(&self, max_ticks: f64, least: f64) -> Vec<(f64, String)> {
+        let raw = ((self.high - self.low) / max_ticks.max(1.0)).max(least);
         let decade = 10f64.powf(raw.log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0]
             .into_iter()

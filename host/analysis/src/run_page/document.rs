@@ -82,15 +82,13 @@ fn header(input: &PageInput<'_>, run: &Collected, beside: Option<&Collected>) ->
 fn totals(run: &Collected) -> String {
     let summary = &run.summary;
     let missing: u64 = summary.missing_samples.values().sum();
-    let [first, second] = summary.peak_torque_nm;
-    let limits = run.facts.torque_limits_nm;
-    let limit = limits[0][1].abs().min(limits[0][0].abs());
     format!(
-        "{} ticks · {} missed · {missing} samples missing · {} faults · torque at most {first:.2} \
-         and {second:.2} of {limit:.2} N m · bus {:.0} of {} µs",
+        "{} ticks · {} missed · {missing} samples missing · {} faults · {} · bus {:.0} of \
+         {} µs",
         summary.ticks,
         summary.missed_ticks,
         summary.faults.len(),
+        summary.torque_text(),
         summary.bus_us.mean,
         run.facts.period_us
     )

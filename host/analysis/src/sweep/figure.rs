@@ -1,12 +1,13 @@
 //! Figures of a sweep: each over the first key, one curve for each combination of the
 //! others. Solid: median over the seeds; dashed: worst.
 //!
-//! Values that are no numbers are numbered from 1. Without another key than the seed, the
-//! figures are over the seed.
+//! Values that are no numbers are numbered from 1, and named in the legend; without another
+//! key than the seed, the figures are over the seed. No line leads from one of these to the
+//! next: there is nothing between them, and the worst is a small dot.
 
 use super::table::{FIGURES, Figure};
 use super::{Row, Sweep};
-use crate::plot::axis::Axis;
+use crate::plot::axis::{Axis, Scale};
 use crate::plot::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use crate::plot::panel::{ALARM, FOURTH, GOOD, INK, JOINT, LABEL, Panel};
 use crate::plot::titled;
@@ -26,21 +27,21 @@ pub(super) fn draw(sweep: &Sweep) -> Drawing {
     let seeds = match sweep.seeds.len() {
         1 => format!("seed {}", sweep.seeds[0]),
         count if sweep.keys.is_empty() => format!("{count} seeds"),
+        count if FirstKey::of(sweep).is_category => {
+            format!("{count} seeds: median, and worst as a small dot")
+        }
         count => format!("{count} seeds: median, and worst dashed"),
     };
     let about = format!("simulated: bench · {seeds}");
     let title = format!("Sweep · armbridge {}", sweep.scenario);
     let rows = sweep.rows();
-    let (x_title, numbers) = first_key(sweep);
-    let names: Vec<String> = curves(sweep, &rows, &numbers, &FIGURES[0])
+    let first = FirstKey::of(sweep);
+    let names: Vec<String> = curves(sweep, &rows, &first.numbers, &FIGURES[0])
         .into_iter()
         .map(|curve| curve.name)
-        .collect();
-    let legend_rows = names
-        .iter()
         .filter(|name| !name.is_empty())
-        .count()
-        .min(NAMED);
+        .collect();
+    let legend_rows = first.names.len().min(NAMED) + names.len().min(NAMED);
     let top = 84.0 + 18.0 * legend_rows as f64;
     // Figures that the scenario has.
     let has = |figure: &&Figure| {
@@ -52,9 +53,9 @@ pub(super) fn draw(sweep: &Sweep) -> Drawing {
     let shown: Vec<&Figure> = FIGURES.iter().filter(has).collect();
     let lines = shown.len().div_ceil(2) as f64;
     let mut drawing = titled(top + 292.0 * lines, &title, &about);
-    draw_legend(&mut drawing, &names);
+    draw_legend(&mut drawing, &first.names, &names);
     for (number, figure) in shown.into_iter().enumerate() {
-        let curves = curves(sweep, &rows, &numbers, figure);
+        let curves = curves(sweep, &rows, &first.numbers, figure);
         let (column, row) = ((number % 2) as f64, (number / 2) as f64);
         let frame = Rect {
             x: 84.0 + 500.0 * column,
@@ -62,37 +63,75 @@ pub(super) fn draw(sweep: &Sweep) -> Drawing {
             w: 432.0,
             h: 224.0,
         };
-        draw_panel(&mut drawing, frame, figure, &curves, &x_title);
+        draw_panel(&mut drawing, frame, figure, &curves, &first);
     }
     drawing
 }
 
-/// Title of the first key, and its value in each combination.
-fn first_key(sweep: &Sweep) -> (String, Vec<f64>) {
-    let Some(key) = sweep.keys.first() else {
-        return ("seed".into(), Vec::new());
-    };
-    let numbers = sweep.combinations.iter().map(|values| values.number(0));
-    if let Some(numbers) = numbers.collect::<Option<Vec<f64>>>() {
-        return (key.clone(), numbers);
-    }
-    let mut values: Vec<&str> = Vec::new();
-    let numbers = sweep.combinations.iter().map(|combination| {
-        let value = combination.0.first().map_or("", |pair| pair.value.as_str());
-        let place = values.iter().position(|known| *known == value);
-        let place = place.unwrap_or_else(|| {
-            values.push(value);
-            values.len() - 1
+/// The first key, over which the figures are.
+struct FirstKey {
+    title: String,
+    /// Its value in each combination, or the place of that value.
+    numbers: Vec<f64>,
+    /// Its values, if they are no numbers.
+    names: Vec<String>,
+    /// There is nothing between two of its values.
+    is_category: bool,
+}
+
+impl FirstKey {
+    fn of(sweep: &Sweep) -> Self {
+        let Some(key) = sweep.keys.first() else {
+            return Self {
+                title: "seed".into(),
+                numbers: Vec::new(),
+                names: Vec::new(),
+                is_category: true,
+            };
+        };
+        let numbers = sweep.combinations.iter().map(|values| values.number(0));
+        if let Some(numbers) = numbers.collect::<Option<Vec<f64>>>() {
+            return Self {
+                title: key.clone(),
+                numbers,
+                names: Vec::new(),
+                is_category: false,
+            };
+        }
+        let mut values: Vec<&str> = Vec::new();
+        let numbers = sweep.combinations.iter().map(|combination| {
+            let value = combination.0.first().map_or("", |pair| pair.value.as_str());
+            let place = values.iter().position(|known| *known == value);
+            let place = place.unwrap_or_else(|| {
+                values.push(value);
+                values.len() - 1
+            });
+            place as f64 + 1.0
         });
-        place as f64 + 1.0
-    });
-    let numbers = numbers.collect();
-    let named = values.iter().enumerate();
-    let named = named.map(|(number, value)| format!("{}: {value}", number + 1));
-    (
-        format!("{key} ({})", named.collect::<Vec<_>>().join(", ")),
-        numbers,
-    )
+        let numbers = numbers.collect();
+        let named = values.iter().enumerate();
+        Self {
+            title: format!("{key} (numbered)"),
+            numbers,
+            names: named
+                .map(|(number, value)| format!("{}: {key} = {value}", number + 1))
+                .collect(),
+            is_category: true,
+        }
+    }
+
+    /// Its axis.
+    fn axis(&self, values: impl Iterator<Item = f64>) -> Axis {
+        if !self.is_category {
+            return Axis::around(values, 0.06);
+        }
+        let Axis { low, high, .. } = Axis::around(values, 0.0);
+        Axis {
+            scale: Scale::Whole,
+            low: low - 0.5,
+            high: high + 0.5,
+        }
+    }
 }
 
 fn curves(sweep: &Sweep, rows: &[Row], numbers: &[f64], figure: &Figure) -> Vec<Curve> {
@@ -129,31 +168,48 @@ fn curves(sweep: &Sweep, rows: &[Row], numbers: &[f64], figure: &Figure) -> Vec<
     curves
 }
 
-fn draw_legend(drawing: &mut Drawing, names: &[String]) {
+/// Values of the first key, then the curves.
+fn draw_legend(drawing: &mut Drawing, values: &[String], names: &[String]) {
     let font = Font {
         anchor: Anchor::Start,
         ..LABEL
     };
-    let names: Vec<&String> = names.iter().filter(|name| !name.is_empty()).collect();
+    let height = |row: usize| 58.0 + 18.0 * row as f64;
+    for (number, value) in values.iter().enumerate().take(NAMED) {
+        let text = format!("{value}{}", more(number, values.len()));
+        drawing.text((84.0, height(number) + 4.0), &text, font, false);
+    }
+    let above = values.len().min(NAMED);
     for (number, name) in names.iter().enumerate().take(NAMED) {
-        let y = 58.0 + 18.0 * number as f64;
-        let more = match names.len() - number - 1 {
-            more if number + 1 == NAMED && more > 0 => format!(", and {more} more"),
-            _ => String::new(),
-        };
+        let y = height(above + number);
+        let text = format!("{name}{}", more(number, names.len()));
         let stroke = Stroke::solid(COLOURS[number % COLOURS.len()], 2.0);
         drawing.line((84.0, y), (106.0, y), stroke);
-        drawing.text((114.0, y + 4.0), &format!("{name}{more}"), font, false);
+        drawing.text((114.0, y + 4.0), &text, font, false);
     }
 }
 
-fn draw_panel(drawing: &mut Drawing, frame: Rect, figure: &Figure, curves: &[Curve], x: &str) {
+/// What the last row of a legend says of those that it has no room for.
+fn more(number: usize, count: usize) -> String {
+    match count - number - 1 {
+        more if number + 1 == NAMED && more > 0 => format!(", and {more} more"),
+        _ => String::new(),
+    }
+}
+
+fn draw_panel(
+    drawing: &mut Drawing,
+    frame: Rect,
+    figure: &Figure,
+    curves: &[Curve],
+    first: &FirstKey,
+) {
     let points = || curves.iter().flat_map(|curve| &curve.points);
     let values = || points().flat_map(|(_, values)| values.iter().flatten().copied());
     let is_finite = |value: &f64| value.is_finite();
     let panel = Panel {
         frame,
-        x: Axis::around(points().map(|(x, _)| *x), 0.06),
+        x: first.axis(points().map(|(x, _)| *x)),
         y: Axis::around(values().filter(is_finite).chain([0.0]), 0.08),
     };
     let never = values().filter(|value| value.is_infinite()).count();
@@ -161,14 +217,8 @@ fn draw_panel(drawing: &mut Drawing, frame: Rect, figure: &Figure, curves: &[Cur
         0 => figure.title.to_owned(),
         _ => format!("{} (a gap: never)", figure.title),
     };
-    let longest = (frame.w / LABEL.width("x")) as usize;
-    let x: String = if x.chars().count() > longest {
-        x.chars().take(longest - 1).chain(['…']).collect()
-    } else {
-        x.into()
-    };
     let unit = format!("{} ({})", figure.title, figure.unit);
-    panel.draw(drawing, &title, Some(&x), Some(&unit));
+    panel.draw(drawing, &title, Some(&first.title), Some(&unit));
     for (number, curve) in curves.iter().enumerate() {
         let colour = COLOURS[number % COLOURS.len()];
         for (kind, stroke) in [
@@ -187,12 +237,59 @@ fn draw_panel(drawing: &mut Drawing, frame: Rect, figure: &Figure, curves: &[Cur
                 (*x, value.unwrap_or(f64::NAN))
             });
             let points: Vec<(f64, f64)> = points.collect();
-            panel.trace(drawing, points.iter().copied(), stroke);
-            if kind == 0 {
+            if !first.is_category {
+                panel.trace(drawing, points.iter().copied(), stroke);
+            }
+            if kind == 0 || first.is_category {
                 let finite = points.iter().filter(|(_, value)| value.is_finite());
                 let centres = finite.map(|(x, value)| panel.at(*x, *value)).collect();
-                drawing.dots(centres, 6.0, colour);
+                drawing.dots(centres, if kind == 0 { 6.0 } else { 3.0 }, colour);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sweep::{Assignment, Combination, RunFigures, SweepRun};
+
+    /// A sweep of `controller.q` over these values.
+    fn drawn(values: &[&str]) -> String {
+        let key = "controller.q".to_owned();
+        let combination = |value: &&str| {
+            let (key, value) = (key.clone(), (*value).to_owned());
+            Combination(vec![Assignment { key, value }])
+        };
+        let run = |combination| SweepRun {
+            combination,
+            seed: 1,
+            figures: RunFigures {
+                settling_time_s: Some(0.5),
+                peak_torque_nm: 0.7,
+                ..RunFigures::default()
+            },
+        };
+        let sweep = Sweep {
+            scenario: "upright".into(),
+            keys: vec![key.clone()],
+            combinations: values.iter().map(combination).collect(),
+            seeds: vec![1],
+            runs: (0..values.len()).map(run).collect(),
+        };
+        draw(&sweep).svg()
+    }
+
+    #[test]
+    fn values_that_are_no_numbers_are_named_in_full_and_not_joined() {
+        let lists = ["[30.0, 30.0, 1.0, 1.0]", "[60.0, 60.0, 1.0, 1.0]"];
+        let lists = drawn(&lists);
+        for words in ["1: controller.q = [30.0, 30.0, 1.0, 1.0]", ">1<", ">2<"] {
+            assert!(lists.contains(words), "no {words:?} in {lists}");
+        }
+        assert!(!lists.contains("1.5") && !lists.contains('…'), "{lists}");
+        // The same two values of a number have a line between them.
+        let lines = |svg: &str| svg.matches(JOINT[0]).count();
+        assert!(lines(&drawn(&["30", "60"])) > lines(&lists));
     }
 }

@@ -87,7 +87,10 @@ pub(crate) fn run(args: &CalibrateArgs) -> Outcome {
         });
         stdio::print_line(report)?;
     } else {
-        stdio::print(as_text(&before, &after))?;
+        // Whoever was asked has seen it.
+        if args.yes {
+            stdio::print(as_text(&before, &after))?;
+        }
         stdio::print_line("Saved on the board.")?;
     }
     Ok(ExitCode::SUCCESS)

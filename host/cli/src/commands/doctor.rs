@@ -59,6 +59,12 @@ enum Job {
     Usb,
     /// Firmware on a board, by a debug probe.
     Flash,
+    /// `export parquet`.
+    Parquet,
+    /// The server for viewers.
+    Foxglove,
+    /// Log lines of an emulated board.
+    Defmt,
 }
 
 impl fmt::Display for Job {
@@ -116,6 +122,21 @@ pub(crate) fn run(args: &DoctorArgs) -> Outcome {
         (Job::Flash, "probe-rs", tools::probe_rs()),
         (Job::Serial, "serial ports", devices::serial_ports()),
         (Job::Usb, "USB permission", devices::usb_permission()),
+        (
+            Job::Parquet,
+            "Parquet files",
+            part("parquet", cfg!(feature = "parquet")),
+        ),
+        (
+            Job::Foxglove,
+            "viewer server",
+            part("foxglove", cfg!(feature = "foxglove")),
+        ),
+        (
+            Job::Defmt,
+            "board log lines",
+            part("defmt", cfg!(feature = "defmt")),
+        ),
     ];
     let checks = checks.map(|(job, name, result)| Check { name, job, result });
     let is_missing = |check: &&Check| check.result.parts().2.is_some();
@@ -189,6 +210,17 @@ fn write_probe(folder: &Path) -> std::io::Result<()> {
     written.and(removed)
 }
 
+/// A part of the program that a build has only if it is asked for.
+fn part(feature: &str, is_built: bool) -> Finding {
+    if is_built {
+        return Finding::Ok("in this build".into());
+    }
+    Finding::missing(
+        "left out of this build",
+        format!("cargo build --release --features {feature}"),
+    )
+}
+
 fn terminal_size() -> Finding {
     if !std::io::stdout().is_terminal() {
         return Finding::Open("standard output is no terminal".into());
@@ -202,5 +234,19 @@ fn terminal_size() -> Finding {
             format!("enlarge it to {} columns, {} lines", TERMINAL.0, TERMINAL.1),
         ),
         Err(error) => Finding::Open(format!("its size is not known: {error}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_that_was_left_out_is_named_with_the_build_that_has_it() {
+        let left_out = part("parquet", false);
+        let (state, text, remedy) = left_out.parts();
+        assert_eq!((state, text), ("missing", "left out of this build"));
+        assert_eq!(remedy, Some("cargo build --release --features parquet"));
+        assert_eq!(part("parquet", true).parts().0, "ok");
     }
 }

@@ -72,8 +72,20 @@ pub(super) fn finish(
     }
     if let Some(ended) = &finished.summary.ended {
         stdio::note(format_args!("armbridge: the run ended early: {ended}"));
+    } else if output.quiet && finished.verdict == Verdict::Failed {
+        let failure = failure(&finished.summary);
+        stdio::note(format_args!("armbridge: the run failed: {failure}"));
     }
     Ok(ExitCode::from(finished.verdict.exit_code()))
+}
+
+/// Why a run failed, in one line: its first fault, or the first expectation that it misses.
+fn failure(summary: &Summary) -> String {
+    let fault = summary.faults.first();
+    let fault = fault.map(|it| format!("fault {} at {:.3} s", it.fault, it.time_s));
+    fault
+        .or_else(|| summary.missed_expectations.first().cloned())
+        .unwrap_or_else(|| "it did not end as expected".into())
 }
 
 fn json(finished: &Finished) -> Result<String, Error> {

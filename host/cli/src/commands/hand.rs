@@ -30,6 +30,10 @@ pub(crate) struct HandArgs {
     #[arg(value_name = "RAD,RAD", value_parser = angles, allow_hyphen_values = true,
           required_unless_present = "release")]
     angles: Option<[f64; 2]>,
+    /// A second angle as a word of its own: takes a minus for no option, so that the first
+    /// word is refused, with how to write both.
+    #[arg(hide = true, allow_hyphen_values = true)]
+    second: Option<String>,
     /// Let go of the arm.
     #[arg(long, conflicts_with = "angles")]
     release: bool,
@@ -49,6 +53,9 @@ fn seconds(text: &str) -> Result<f32, String> {
 }
 
 pub(crate) fn run(args: &HandArgs) -> Outcome {
+    if let Some(second) = &args.second {
+        return Err(format!("{second}: both angles are one word, as 0.3,-0.2").into());
+    }
     let Some(to_rad) = args.angles else {
         touch(&args.link, Touch::Release)?;
         stdio::print_line("the hand lets go of the simulated arm")?;

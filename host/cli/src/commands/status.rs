@@ -77,7 +77,7 @@ fn board(host: &TaskHost<Status>) -> String {
         },
     );
     match host.session.status().report {
-        Some(report) => format!("{hello}, session {}", report.session),
+        Some(report) => format!("{hello}, session {:#x}", report.session),
         None => hello,
     }
 }

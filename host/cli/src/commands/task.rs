@@ -33,7 +33,11 @@ pub(crate) fn go<T: Task>(
     match result {
         Ok(()) => {}
         Err(LinkError::Link(error)) => return Err(error),
-        Err(LinkError::Host(why)) => return Err(format!("{uri}: {why}").into()),
+        Err(LinkError::Host(why)) => {
+            let link = uri.to_string();
+            // Some links end in a colon of their own.
+            return Err(format!("{}: {why}", link.trim_end_matches(':')).into());
+        }
     }
     if let Some(trouble) = written?.and_then(|report| report.trouble) {
         return Err(format!("the log is not complete: {trouble}").into());

@@ -60,6 +60,18 @@ fn rows_as_json_have_state_and_remedy() {
     assert_eq!(rust["remedy"], "install Rust: https://rustup.rs");
     assert_eq!(row(&output, "terminal")["state"], "n/a");
     assert_eq!(row(&output, "output folder")["remedy"], Value::Null);
+    // Tests are built with every part.
+    for (name, job) in [
+        ("Parquet files", "parquet"),
+        ("viewer server", "foxglove"),
+        ("board log lines", "defmt"),
+    ] {
+        let part = row(&output, name);
+        assert_eq!(
+            (&part["state"], &part["needed_for"]),
+            (&"ok".into(), &job.into())
+        );
+    }
 }
 
 #[test]

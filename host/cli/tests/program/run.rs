@@ -91,6 +91,41 @@ fn what_was_expected_and_missed_is_exit_code_1() {
         printed.contains("MISSED settling at a setpoint"),
         "{printed}"
     );
+    // Where nothing is printed, the reason is one line.
+    let output = program.run(&["mine.toml", "--quiet"]);
+    let [printed, line] = [&output.stdout, &output.stderr].map(|bytes| text(bytes));
+    assert_eq!((output.status.code(), printed), (Some(1), ""));
+    assert!(
+        line.starts_with("armbridge: the run failed: settling at a setpoint"),
+        "{line}"
+    );
+    assert_eq!(line.lines().count(), 1, "{line}");
+}
+
+#[test]
+fn torque_that_chatters_is_remarked_and_the_demo_has_no_remark() {
+    let program = Program::new("chatter");
+    let remarks = |args: &[&str]| {
+        let output = program.run(args);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        text(&output.stdout).replace("\n    ", " ")
+    };
+    assert!(!remarks(&["demo"]).contains("at rest the torque"));
+    let absurd = remarks(&[
+        "demo",
+        "--control",
+        "paper",
+        "--set",
+        "controller.q=1e6,1e6,0,0",
+    ]);
+    assert!(
+        absurd.contains("at rest the torque chatters: it changes by 0."),
+        "{absurd}"
+    );
+    assert!(
+        absurd.contains("limits hold the torque back in"),
+        "{absurd}"
+    );
 }
 
 #[test]
@@ -105,6 +140,12 @@ fn a_fault_ends_the_run_and_is_named() {
     assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
     let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(summary["faults"][0]["fault"], "angle_limit");
+    let output = program.run(&["mine.toml", "--quiet"]);
+    let line = text(&output.stderr);
+    assert!(
+        line.contains("the run failed: fault angle_limit at "),
+        "{line}"
+    );
 }
 
 #[test]

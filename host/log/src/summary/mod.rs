@@ -8,12 +8,14 @@
 
 mod pushes;
 mod remarks;
+mod rest_torque;
 mod segments;
 mod spread;
 mod table;
 mod tally;
 
 pub use pushes::{PushSummary, PushTally};
+pub use rest_torque::RestTorque;
 pub use segments::{JointSummary, SETTLED_RAD, STEADY_S, Segment, SegmentSummary, segments};
 pub use spread::{Counts, Spread};
 pub use table::WIDTH;
@@ -52,6 +54,10 @@ pub struct Summary {
     pub tracking_rms_mrad: Option<[f64; JOINTS]>,
     /// Largest torque of each joint by magnitude, in N m.
     pub peak_torque_nm: [f64; JOINTS],
+    /// Largest torque that can be commanded in the direction of that one, in N m.
+    pub peak_torque_limit_nm: [f64; JOINTS],
+    /// Torque while the arm rests; none if it never does.
+    pub rest_torque: Option<RestTorque>,
     /// Largest distance of each servo's PWM in force from [`PWM_OFF`](crate::run_info::PWM_OFF).
     pub peak_pwm_deviation: [u16; JOINTS],
     /// Actual minus planned start of a tick, in µs.

@@ -10,6 +10,8 @@ pub(super) fn remarks(summary: &Summary) -> Vec<String> {
     let mut remarks: Vec<String> = (0..JOINTS)
         .filter_map(|joint| steady_state_remark(summary, joint))
         .collect();
+    let rest_torque = summary.rest_torque.as_ref();
+    remarks.extend(rest_torque.and_then(|torque| torque.remark(&summary.run)));
     for fault in &summary.faults {
         let cause = fault.cause.as_ref().map_or_else(String::new, cause_text);
         remarks.push(format!(

@@ -199,13 +199,18 @@ impl SegmentTally {
         })
     }
 
+    /// Whether the setpoint has been in force, without a push, for [`STEADY_S`].
+    pub(super) fn is_undisturbed(&self) -> bool {
+        let begun_us = self.start_us.max(self.pushed_until_us);
+        self.last_us.saturating_sub(begun_us) >= STEADY_US
+    }
+
     fn is_at_rest(&self, joint: usize) -> bool {
         let errors = self.tail.iter().map(|(_, error_rad)| error_rad[joint]);
         let range = errors.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], error| {
             [low.min(error), high.max(error)]
         });
-        let begun_us = self.start_us.max(self.pushed_until_us);
-        self.last_us.saturating_sub(begun_us) >= STEADY_US && range[1] - range[0] <= REST_RANGE_RAD
+        self.is_undisturbed() && range[1] - range[0] <= REST_RANGE_RAD
     }
 
     /// Result at the end of the segment.

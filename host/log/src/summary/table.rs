@@ -78,12 +78,6 @@ impl Summary {
 
     /// Loop, bus and torque.
     pub fn totals(&self) -> String {
-        let [torque1, torque2] = self.peak_torque_nm;
-        let limits = self.run.torque_limits_nm;
-        let limit_nm = limits
-            .iter()
-            .map(|[low, high]| low.abs().min(high.abs()))
-            .fold(f64::INFINITY, f64::min);
         let missing: u64 = self.missing_samples.values().sum();
         let missing = match missing {
             0 => String::new(),
@@ -103,11 +97,25 @@ impl Summary {
             )?;
             writeln!(
                 out,
-                " load     bus {:.0} of {} µs, torque at most {torque1:.2} and {torque2:.2} of \
-                 {limit_nm:.2} N m",
-                self.bus_us.mean, self.run.period_us
+                " load     bus {:.0} of {} µs, {}",
+                self.bus_us.mean,
+                self.run.period_us,
+                self.torque_text()
             )
         })
+    }
+
+    /// Largest torques beside the limits of their directions: a servo drives more strongly in
+    /// one than in the other.
+    pub fn torque_text(&self) -> String {
+        let [first, second] = self.peak_torque_nm;
+        let [limit1, limit2] = self.peak_torque_limit_nm.map(|nm| format!("{nm:.2}"));
+        let limits = if limit1 == limit2 {
+            limit1
+        } else {
+            format!("{limit1} and {limit2}")
+        };
+        format!("torque at most {first:.2} and {second:.2} of {limits} N m")
     }
 
     /// Distributions per tick, and every counter.

@@ -9,7 +9,8 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Drive, Fault, Record, Sample};
 
 use super::pushes::PushTally;
-use super::segments::{FinishedSegment, SegmentTally};
+use super::rest_torque::RestTorqueTally;
+use super::segments::{FinishedSegment, SegmentTally, is_at};
 use super::spread::Counts;
 use super::{Cause, FaultSummary, Summary, remarks};
 use crate::run_info::{PWM_OFF, RunFacts};
@@ -32,7 +33,9 @@ pub struct Tally {
     pushes: Vec<PushTally>,
     settling: Settling,
     worst_steady_error_rad: Option<f64>,
+    /// With its sign, on which its limit depends.
     peak_torque_nm: [f64; JOINTS],
+    rest_torque: RestTorqueTally,
     peak_pwm_deviation: [u16; JOINTS],
     start_error_us: Counts,
     bus_us: Counts,
@@ -41,6 +44,7 @@ pub struct Tally {
     missing: BTreeMap<&'static str, u64>,
     fault: Option<Fault>,
     faults: Vec<FaultSummary>,
+    reference_rad: Option<[f32; JOINTS]>,
     tracked: u64,
     tracking_square_rad2: [f64; JOINTS],
 }
@@ -65,9 +69,11 @@ impl Tally {
         self.ticks += 1;
         self.last_us = record.start_us;
         for joint in 0..JOINTS {
-            let torque_nm = f64::from(record.torque_nm[joint].abs());
+            let torque_nm = f64::from(record.torque_nm[joint]);
             let peak_nm = &mut self.peak_torque_nm[joint];
-            *peak_nm = peak_nm.max(torque_nm);
+            if torque_nm.abs() > peak_nm.abs() {
+                *peak_nm = torque_nm;
+            }
             let deviation = record.pwm_in_force[joint].abs_diff(PWM_OFF);
             let peak = &mut self.peak_pwm_deviation[joint];
             *peak = deviation.max(*peak);
@@ -79,11 +85,16 @@ impl Tally {
             self.add_samples(record);
         }
         self.add_segment(record);
+        let is_resting = self
+            .segment
+            .as_ref()
+            .is_some_and(SegmentTally::is_undisturbed);
+        self.rest_torque.add(record, is_resting);
         if let Some(push) = self.pushes.last_mut() {
             push.add(record);
         }
         self.add_fault(record);
-        if record.mode.drive() == Some(Drive::Track) {
+        if self.is_moving(record) {
             self.tracked += 1;
             for joint in 0..JOINTS {
                 let error_rad = record.angle_rad[joint] - record.reference_rad[joint];
@@ -100,6 +111,15 @@ impl Tally {
         if self.pushes.len() < PUSHES_MAX {
             self.pushes.push(PushTally::begin(*push));
         }
+    }
+
+    /// Whether the reference moves along a motion in this tick: it has a speed, or it is not
+    /// where it was in the tick before.
+    fn is_moving(&mut self, record: &Record) -> bool {
+        let before_rad = self.reference_rad.replace(record.reference_rad);
+        let has_speed = record.reference_speed_rad_s.iter().any(|s| s.abs() > 0.0);
+        let has_moved = before_rad.is_some_and(|before_rad| !is_at(before_rad, record));
+        record.mode.drive() == Some(Drive::Track) && (has_speed || has_moved)
     }
 
     fn add_samples(&mut self, record: &Record) {
@@ -229,7 +249,11 @@ impl Tally {
                 .map(|push| push.summary(self.origin_us))
                 .collect(),
             tracking_rms_mrad: self.tracking_rms_mrad(),
-            peak_torque_nm: self.peak_torque_nm,
+            peak_torque_nm: self.peak_torque_nm.map(f64::abs),
+            peak_torque_limit_nm: std::array::from_fn(|joint| {
+                facts.torque_limit_nm(joint, self.peak_torque_nm[joint])
+            }),
+            rest_torque: self.rest_torque.finished(),
             peak_pwm_deviation: self.peak_pwm_deviation,
             start_error_us: self.start_error_us.spread(),
             bus_us,

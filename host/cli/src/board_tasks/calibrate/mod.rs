@@ -135,9 +135,9 @@ impl<G: Guide> Calibrate<G> {
             self.ask_for_zero(joint);
             return;
         }
-        self.report_change();
         self.step = Step::Confirm;
         if !self.options.is_sure {
+            self.report_change();
             self.guide.say("Save this on the board? [y/N]");
         }
     }

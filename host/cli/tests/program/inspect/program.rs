@@ -207,6 +207,7 @@ fn the_same_seed_is_the_same_and_another_is_not() {
         "settings   1 differ",
         "  controller.q\n    A  [30.0, ",
         "    B  [60.0, ",
+        "number 2 is the first that differs:\n  configure sets other values of controller.q\n",
         "B against A",
         "torque_nm_1",
         "C against A",

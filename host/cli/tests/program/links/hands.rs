@@ -134,6 +134,11 @@ fn where_no_arm_can_be_touched_the_error_says_so() {
             "seconds from 1 to 60",
         ),
         (&["hand"], "required"),
+        (
+            &["hand", "0.3", "-0.2"],
+            "two angles from -1.4 to 1.4 rad, as 0.3,-0.25",
+        ),
+        (&["hand", "0.3,-0.2", "-0.2"], "both angles are one word"),
         (&["push", "--torque", "7"], "from -6 to 6 N m"),
         (&["push", "--joint", "3"], "1..=2"),
     ] {

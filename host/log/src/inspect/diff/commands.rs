@@ -1,7 +1,7 @@
 //! Commands of two logs: the first that differs.
 
-use armbridge_client::enum_names;
-use armbridge_shared::link::message::Command;
+use armbridge_client::{enum_names, params};
+use armbridge_shared::link::message::{Command, Settings};
 
 use super::super::log::SentCommand;
 use super::CommandDiff;
@@ -14,11 +14,31 @@ pub(super) fn first_command(a: &[SentCommand], b: &[SentCommand]) -> Option<Comm
         (Some(Command::Arm { .. }), Some(Command::Arm { .. })) => false,
         (a, b) => a != b,
     })?;
-    let show = |commands| at(commands, place).map(|command| command_text(&command));
+    let pair = [at(a, place), at(b, place)];
     Some(CommandDiff {
         place: place + 1,
-        commands: [show(a), show(b)],
+        settings: settings(pair),
+        commands: pair.map(|command| command.map(|command| command_text(&command))),
     })
+}
+
+/// Settings in which two commands that set them differ.
+fn settings(commands: [Option<Command>; 2]) -> Vec<&'static str> {
+    let sets = commands.map(|command| {
+        let mut settings = Settings::default();
+        match command? {
+            Command::Configure(setup) => settings.setup = setup,
+            Command::Limit(limits) => settings.limits = limits,
+            _ => return None,
+        }
+        Some(settings)
+    });
+    let [Some(a), Some(b)] = sets else {
+        return Vec::new();
+    };
+    let differs = |key: &&str| params::get(&a, key) != params::get(&b, key);
+    let keys = params::all().iter().map(|parameter| parameter.key);
+    keys.filter(differs).collect()
 }
 
 /// A command as one line.

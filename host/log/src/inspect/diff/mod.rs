@@ -81,6 +81,8 @@ pub struct RunDiff {
 pub struct CommandDiff {
     /// Its place among the commands, from 1.
     pub place: usize,
+    /// Settings in which it differs, where it is one that sets them in both runs.
+    pub settings: Vec<&'static str>,
     /// The command of each run.
     pub commands: [Option<String>; 2],
 }

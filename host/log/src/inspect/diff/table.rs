@@ -4,6 +4,9 @@ use std::fmt::{Result, Write};
 
 use armbridge_client::params;
 
+use crate::summary::WIDTH;
+use crate::text_table;
+
 use super::{Diff, QuantityDiff, RunDiff};
 
 /// Letter of a run: A, B and so on.
@@ -70,8 +73,17 @@ impl RunDiff {
         let place = first.place;
         writeln!(
             out,
-            "commands   A {a}, {name} {b}; they differ first in the {place}.:"
+            "commands   A {a}, {name} {b}; number {place} is the first that differs:"
         )?;
+        if !first.settings.is_empty() {
+            let verb = first.commands[0].as_deref().unwrap_or_default();
+            let settings = first.settings.join(", ");
+            let line = format!("  {verb} sets other values of {settings}");
+            for line in text_table::wrap(line.split(' '), " ", WIDTH, "    ") {
+                writeln!(out, "{line}")?;
+            }
+            return Ok(());
+        }
         for (name, command) in ['A', name].iter().zip(&first.commands) {
             let command = command.as_deref().unwrap_or("none");
             writeln!(out, "  {name} {command}")?;
