@@ -64,9 +64,9 @@ impl RestTorqueTally {
         };
         self.ticks += 1;
         self.limited += u64::from(record.guards != Guards::NONE);
-        for joint in 0..JOINTS {
-            let step_nm = f64::from(record.torque_nm[joint] - before_nm[joint]);
-            self.step_square_nm2[joint] += step_nm.powi(2);
+        let pairs = record.torque_nm.iter().zip(before_nm);
+        for (square_nm2, (torque_nm, before_nm)) in self.step_square_nm2.iter_mut().zip(pairs) {
+            *square_nm2 += f64::from(torque_nm - before_nm).powi(2);
         }
     }
 

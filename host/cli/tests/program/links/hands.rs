@@ -93,7 +93,9 @@ fn a_calibration_is_practised_from_two_terminals() {
         }
     }
     let output = child.wait_with_output().unwrap();
-    assert_ends(&output, 0, "Saved on the board.");
+    // The change was shown with the question.
+    assert_eq!(output.stdout, b"Saved on the board.\n");
+    assert_ends(&output, 0, "");
     let zeros = ["joint1.zero_count", "joint2.zero_count"];
     let saved = run(&board.link, &["params", zeros[0], zeros[1], "--json"]);
     let saved: serde_json::Value = serde_json::from_slice(&saved.stdout).unwrap();
@@ -126,7 +128,10 @@ fn where_no_arm_can_be_touched_the_error_says_so() {
             assert_ends(&run(&link, touch), 2, words);
         }
     }
+    let words = "armbridge: sim: the input ended before the last answer";
+    assert_ends(&run(&"sim:", &["calibrate"]), 2, words);
     let board = Served::on(TCP);
+    assert_ends(&run(&board.link, &["status"]), 0, ", session 0x");
     for (touch, words) in [
         (&["hand", "2,0"][..], "two angles from -1.4 to 1.4"),
         (

@@ -17,16 +17,16 @@ pub(super) fn first_command(a: &[SentCommand], b: &[SentCommand]) -> Option<Comm
     let pair = [at(a, place), at(b, place)];
     Some(CommandDiff {
         place: place + 1,
-        settings: settings(pair),
+        settings: settings(&pair),
         commands: pair.map(|command| command.map(|command| command_text(&command))),
     })
 }
 
 /// Settings in which two commands that set them differ.
-fn settings(commands: [Option<Command>; 2]) -> Vec<&'static str> {
-    let sets = commands.map(|command| {
+fn settings(commands: &[Option<Command>; 2]) -> Vec<&'static str> {
+    let sets = [0, 1].map(|run| {
         let mut settings = Settings::default();
-        match command? {
+        match commands[run]? {
             Command::Configure(setup) => settings.setup = setup,
             Command::Limit(limits) => settings.limits = limits,
             _ => return None,
