@@ -18,9 +18,9 @@ Examples:
   armbridge config --init
   armbridge config --explain | less
 
-armbridge.toml is searched for in the working directory and its parents. Options of a
-command override the environment (ARMBRIDGE_LINK, ARMBRIDGE_OUT), which overrides the
-file, which overrides the defaults.";
+armbridge.toml is searched for in the working directory and its parents. Options
+of a command override the environment (ARMBRIDGE_LINK, ARMBRIDGE_OUT), which
+overrides the file, which overrides the defaults.";
 
 /// The configuration in force.
 #[derive(Args, Debug)]

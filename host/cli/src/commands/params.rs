@@ -27,12 +27,13 @@ Examples:
   armbridge params
   armbridge params limits controller.q --link serial:
   armbridge params limits.hold_ms=80 controller.q=30,30,0.3,0.3 --link serial:
-  armbridge params controller.kind=computed-torque controller.natural_rad_s=25,25
+  armbridge params controller.kind=computed-torque controller.damping=1,1
   armbridge params --from gains.toml --save
 
-A group such as limits stands for all of its parameters, and those named are explained. The board accepts all changes of
-a group or none: the limits, only while it is idle, and the set-up, without a step in the
-torque. Exit code 1 if it refuses.";
+A group such as limits stands for all of its parameters, and those named are
+explained. The board accepts all changes of a group or none: the limits, only
+while it is idle, and the set-up, without a step in the torque. Exit code 1 if
+it refuses.";
 
 /// Columns of a terminal.
 const WIDTH: usize = 80;

@@ -17,14 +17,15 @@ use crate::args::values::seed;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
-  armbridge identify paper                    the paper's two experiments, simulated
+  armbridge identify paper            the paper's two experiments, simulated
   armbridge run paper-free-fall && armbridge run paper-constant-input
   armbridge identify paper runs/*-paper-free-fall runs/*-paper-constant-input
   armbridge identify paper runs/*-paper-free-fall --as-paper --json
 
-The paper fits viscous friction to a free fall, b1 = 0.421, and friction and torque to a
-constant input, b1 = 0.239. Both are fitted as in the paper, then with dry friction.
-Inertia and weight are those of the log's board. A figure is written to a run folder.";
+The paper fits viscous friction to a free fall, b1 = 0.421, and friction and
+torque to a constant input, b1 = 0.239. Both are fitted as in the paper, then
+with dry friction. Inertia and weight are those of the log's board. A figure is
+written to a run folder.";
 
 /// The paper's own procedure.
 #[derive(Args, Debug)]
