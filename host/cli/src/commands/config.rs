@@ -73,10 +73,7 @@ pub(crate) fn run(args: &ConfigArgs) -> Outcome {
             file.display()
         ),
         Some(_) => "The file sets nothing on the board, which keeps its own settings.".to_owned(),
-        None => {
-            "No armbridge.toml here or above: `armbridge config --init` writes one, all comments."
-                .to_owned()
-        }
+        None => "No armbridge.toml here or above: `armbridge config --init` writes one.".to_owned(),
     };
     writeln!(out, "\n{remark}")?;
     Ok(ExitCode::SUCCESS)

@@ -8,6 +8,7 @@ use armbridge_analysis::paper::identification::{self, PaperComparison, SampledEx
 use armbridge_analysis::run_folder::RunFolder;
 use armbridge_client::stdio;
 use armbridge_log::recording::Recording;
+use armbridge_log::text_table;
 use armbridge_shared::arm::Parameters;
 use clap::Args;
 use serde::Serialize;
@@ -76,8 +77,8 @@ pub(super) fn run(args: &PaperArgs) -> Outcome {
     } else {
         let files: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
         format!(
-            "{}\nsamples every {:.0} ms\n\n{}\n{}\n",
-            comparison.source,
+            "{}samples every {:.0} ms\n\n{}\n{}\n",
+            text_table::fold(&comparison.source, "  "),
             1e3 * comparison.period_s,
             comparison.text(),
             files.join("\n")
