@@ -1,6 +1,7 @@
 //! The command line: its commands, and the names that they had before.
 
 mod help;
+mod meant;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
@@ -193,7 +194,14 @@ fn parse_from(words: Vec<std::ffi::OsString>) -> Result<Command, clap::Error> {
         let line = format!("`{old}` is `armbridge {new}` now\n");
         return Err(command.error(clap::error::ErrorKind::InvalidSubcommand, line));
     }
-    let matches = command.clone().try_get_matches_from(words)?;
+    let typed: Vec<String> = words
+        .iter()
+        .map(|word| word.to_string_lossy().into_owned())
+        .collect();
+    let matches = command
+        .clone()
+        .try_get_matches_from(words)
+        .map_err(|error| meant::with_suggestion(error, &command, &typed))?;
     match Cli::from_arg_matches(&matches)?.command {
         Some(command) => Ok(command),
         None => parse_from(["armbridge", "run", "demo"].map(Into::into).into()),
@@ -238,6 +246,23 @@ mod tests {
             let error = parse(words).unwrap_err();
             assert!(error.contains(expected), "{words:?}: {error}");
         }
+    }
+
+    #[test]
+    fn a_command_with_swapped_letters_is_suggested() {
+        for (words, name) in [
+            (["rnu"].as_slice(), "'run'"),
+            (&["help", "rnu"], "'run'"),
+            (&["staus"], "'status'"),
+            (&["servo", "1", "raed"], "'read'"),
+            (&["serve", "bord"], "'board'"),
+            (&["identify", "fti"], "'fit'"),
+        ] {
+            let error = parse(words).unwrap_err();
+            assert!(error.contains(name), "{words:?}: {error}");
+        }
+        let error = parse(&["zzz"]).unwrap_err();
+        assert!(!error.contains("similar"), "{error}");
     }
 
     #[test]

@@ -168,12 +168,12 @@ fn as_text(shown: &[&Parameter], settings: &Settings, is_explained: bool) -> Str
 }
 
 /// Parameters by their names, or those of groups.
-fn requested(keys: &[String]) -> Result<Vec<&'static Parameter>, params::ParameterError> {
+fn requested(keys: &[String]) -> Result<Vec<&'static Parameter>, Error> {
     let of_key = |key: &String| {
         let is_it = |parameter: &&Parameter| parameter.key == key || parameter.group() == key;
         let found: Vec<_> = params::all().iter().filter(is_it).collect();
         if found.is_empty() {
-            Err(params::unknown(key))
+            Err(unknown(key))
         } else {
             Ok(found)
         }
@@ -183,6 +183,21 @@ fn requested(keys: &[String]) -> Result<Vec<&'static Parameter>, params::Paramet
     }
     let found: Result<Vec<_>, _> = keys.iter().map(of_key).collect();
     Ok(found?.concat())
+}
+
+/// Error of a name that is neither a parameter nor a group.
+fn unknown(key: &str) -> Error {
+    let mut groups: Vec<_> = params::all().iter().map(Parameter::group).collect();
+    groups.dedup();
+    match params::nearest(key, groups.iter().copied()) {
+        _ if key.contains('.') => params::unknown(key).into(),
+        Some(group) => format!("there is no parameter or group `{key}`; is it `{group}`?").into(),
+        None => format!(
+            "there is no parameter or group `{key}`; the groups are {}",
+            groups.join(", ")
+        )
+        .into(),
+    }
 }
 
 /// Meaning of a parameter; of one that is not in use, what it belongs to as well.
