@@ -1,6 +1,7 @@
 //! The command line: its commands, and the names that they had before.
 
 mod help;
+mod meant;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
@@ -23,7 +24,7 @@ pub(crate) struct Cli {
 /// Commands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Run a scenario: setpoints, motions, gains and pushes on a timeline.
+    /// Run a scenario: a timeline of setpoints, motions and pushes.
     #[command(after_help = run::EXAMPLES)]
     Run(Box<run::RunArgs>),
     /// Watch and steer a board on a dashboard in the terminal.
@@ -47,16 +48,16 @@ pub(crate) enum Command {
     /// Clear a latched fault.
     #[command(after_help = clear::EXAMPLES)]
     Clear(TaskArgs),
-    /// Find each joint's zero and direction by hand, and save them on the board.
+    /// Find each joint's zero and direction by hand, and save them.
     #[command(after_help = calibrate::EXAMPLES)]
     Calibrate(calibrate::CalibrateArgs),
     /// Find the servos on a bus.
     #[command(after_help = scan::EXAMPLES)]
     Scan(scan::ScanArgs),
-    /// Read and write one servo's registers, and change its id or baud rate.
+    /// Read and write a servo's registers; change its id or baud rate.
     #[command(after_help = servo::EXAMPLES)]
     Servo(servo::ServoArgs),
-    /// Show or change the board's parameters: gains, limits, calibration, model.
+    /// Show or change the board's gains, limits, calibration and model.
     #[command(after_help = params::EXAMPLES)]
     Params(params::ParamsArgs),
     /// Design gains; show poles, margins and the step response.
@@ -65,10 +66,10 @@ pub(crate) enum Command {
     /// Identify an arm's parameters from its logs.
     #[command(after_help = identify::EXAMPLES)]
     Identify(identify::IdentifyArgs),
-    /// Show the configuration of armbridge.toml and the environment, or every key.
+    /// Show the configuration in force, or every key.
     #[command(after_help = config::EXAMPLES)]
     Config(config::ConfigArgs),
-    /// Check this machine for everything that each job needs, with remedies.
+    /// Check this machine for what each job needs, with remedies.
     #[command(after_help = doctor::EXAMPLES)]
     Doctor(doctor::DoctorArgs),
     /// Summarise a log: run, gaps, faults, commands, settings, clocks.
@@ -83,22 +84,22 @@ pub(crate) enum Command {
     /// Show where two logs differ: settings, commands, outputs.
     #[command(after_help = diff::EXAMPLES)]
     Diff(diff::DiffArgs),
-    /// Run a log's inputs through the board's code again, and compare bit for bit.
+    /// Run a log's inputs through the board's code, and compare bits.
     #[command(after_help = replay::EXAMPLES)]
     Replay(replay::ReplayArgs),
-    /// Run any controller and estimator on any simulated arm, for many seeds.
+    /// Run any controller and estimator on simulated arms, many times.
     #[command(after_help = bench::EXAMPLES)]
     Bench(bench::BenchArgs),
-    /// Run a scenario with every combination of several values, for many seeds.
+    /// Run a scenario with every combination of several values.
     #[command(after_help = sweep::EXAMPLES)]
     Sweep(Box<sweep::SweepArgs>),
-    /// List the virtual arms that ship, and explain the keys of a plant file.
+    /// List the virtual arms that ship; explain a plant file's keys.
     #[command(after_help = plants::EXAMPLES)]
     Plants(plants::PlantsArgs),
-    /// Inject every kind of fault in simulation, and check the board's reaction.
+    /// Inject faults in simulation, and check the board's reaction.
     #[command(after_help = fault_campaign::EXAMPLES)]
     FaultCampaign(fault_campaign::FaultCampaignArgs),
-    /// Recompute the paper's numbers and figures, as a page with verdicts.
+    /// Recompute the paper's numbers and figures, with verdicts.
     #[command(after_help = paper::EXAMPLES)]
     Paper(OutputArgs),
     /// Serve a simulated board or virtual servos to other programs.
@@ -193,7 +194,14 @@ fn parse_from(words: Vec<std::ffi::OsString>) -> Result<Command, clap::Error> {
         let line = format!("`{old}` is `armbridge {new}` now\n");
         return Err(command.error(clap::error::ErrorKind::InvalidSubcommand, line));
     }
-    let matches = command.clone().try_get_matches_from(words)?;
+    let typed: Vec<String> = words
+        .iter()
+        .map(|word| word.to_string_lossy().into_owned())
+        .collect();
+    let matches = command
+        .clone()
+        .try_get_matches_from(words)
+        .map_err(|error| meant::with_suggestion(error, &command, &typed))?;
     match Cli::from_arg_matches(&matches)?.command {
         Some(command) => Ok(command),
         None => parse_from(["armbridge", "run", "demo"].map(Into::into).into()),
@@ -238,6 +246,23 @@ mod tests {
             let error = parse(words).unwrap_err();
             assert!(error.contains(expected), "{words:?}: {error}");
         }
+    }
+
+    #[test]
+    fn a_command_with_swapped_letters_is_suggested() {
+        for (words, name) in [
+            (["rnu"].as_slice(), "'run'"),
+            (&["help", "rnu"], "'run'"),
+            (&["staus"], "'status'"),
+            (&["servo", "1", "raed"], "'read'"),
+            (&["serve", "bord"], "'board'"),
+            (&["identify", "fti"], "'fit'"),
+        ] {
+            let error = parse(words).unwrap_err();
+            assert!(error.contains(name), "{words:?}: {error}");
+        }
+        let error = parse(&["zzz"]).unwrap_err();
+        assert!(!error.contains("similar"), "{error}");
     }
 
     #[test]

@@ -11,6 +11,7 @@ mod exit;
 use std::process::ExitCode;
 
 use armbridge_client::stdio;
+use armbridge_client::stdio::Stdout;
 use clap::error::ErrorKind;
 
 fn main() -> ExitCode {
@@ -20,7 +21,10 @@ fn main() -> ExitCode {
         Err(error) => error,
     };
     match error.kind() {
-        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => error.exit(),
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            let printed = Stdout::checked(error.print());
+            return exit::code(printed.map(|()| ExitCode::SUCCESS).map_err(Into::into));
+        }
         // A command of commands without one: its help, as it is laid out.
         ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
             stdio::note_text(error.render());

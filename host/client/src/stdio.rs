@@ -28,7 +28,12 @@ pub fn has_failed() -> bool {
 pub struct Stdout;
 
 impl Stdout {
-    fn checked<T>(result: io::Result<T>) -> io::Result<T> {
+    /// The result of a write to standard output, which a library made itself: its error is
+    /// remembered, and begins with "cannot print".
+    ///
+    /// # Errors
+    /// That of the write.
+    pub fn checked<T>(result: io::Result<T>) -> io::Result<T> {
         result.map_err(|error| {
             if error.kind() == io::ErrorKind::Interrupted {
                 return error;

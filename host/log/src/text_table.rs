@@ -1,4 +1,7 @@
-//! Plain tables for a terminal.
+//! Plain tables and text for a terminal.
+
+/// Columns of a terminal.
+pub const WIDTH: usize = 80;
 
 /// Rows as text, the first being the heads; each column is as wide as its longest cell.
 pub fn columns(rows: &[Vec<String>]) -> String {
@@ -46,6 +49,15 @@ pub fn wrap<T: AsRef<str>>(
     lines
 }
 
+/// Text with its lines broken at spaces where they are wider than a terminal; what follows
+/// a break begins with `indent`.
+pub fn fold(text: &str, indent: &str) -> String {
+    let lines = text
+        .lines()
+        .flat_map(|line| wrap(line.split(' '), " ", WIDTH, indent));
+    lines.map(|line| line + "\n").collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -54,6 +66,16 @@ mod tests {
     fn lines_are_broken_between_items() {
         assert_eq!(wrap(["ab", "c", "d"], ", ", 6, ""), ["ab, c,", "d"]);
         assert_eq!(wrap(["ab", "c", "d"], " ", 4, "  "), ["ab c", "  d"]);
+    }
+
+    #[test]
+    fn only_wide_lines_are_folded() {
+        let line = "word ".repeat(20);
+        let folded = fold(&format!("  a   b\n\n{line}"), "  ");
+        let lines: Vec<&str> = folded.lines().collect();
+        assert_eq!(lines[..2], ["  a   b", ""]);
+        assert_eq!(lines.len(), 4, "{folded}");
+        assert!(lines[2].len() <= WIDTH && lines[3].starts_with("  word"));
     }
 
     #[test]

@@ -1,8 +1,13 @@
-//! The help of the program itself: its commands, grouped by purpose.
+//! The help: of the program itself, its commands grouped by purpose; of all commands, as
+//! wide as a terminal, in plain text.
 
 use std::fmt::Write;
 
 use clap::Command;
+use clap::builder::{Resettable, StyledStr};
+
+/// Most columns of a line, also where no terminal sets fewer.
+const WIDTH: usize = 80;
 
 /// Purposes, each with its commands.
 const GROUPS: [(&str, &[&str]); 7] = [
@@ -40,11 +45,34 @@ const GROUPS: [(&str, &[&str]); 7] = [
 
 /// The program with that help.
 pub(super) fn with_help(command: Command) -> Command {
+    let command = in_plain_text(command.max_term_width(WIDTH));
     let mut named = command.clone();
     // Gives it its `help`.
     named.build();
     let help = help(&named);
     command.override_help(help)
+}
+
+/// The texts of a command and those below it without code marks: they are comments of the
+/// code, and a terminal shows the marks as they are.
+fn in_plain_text(command: Command) -> Command {
+    let about = plain(command.get_about());
+    let long_about = plain(command.get_long_about());
+    let after = plain(command.get_after_help());
+    command
+        .about(about)
+        .long_about(long_about)
+        .after_help(after)
+        .mut_args(|arg| {
+            let [help, long] = [arg.get_help(), arg.get_long_help()].map(plain);
+            arg.help(help).long_help(long)
+        })
+        .mut_subcommands(in_plain_text)
+}
+
+fn plain(text: Option<&StyledStr>) -> Resettable<StyledStr> {
+    text.map(|text| text.to_string().replace('`', "").into())
+        .into()
 }
 
 fn help(command: &Command) -> String {
@@ -60,7 +88,7 @@ fn write_help(out: &mut String, command: &Command) -> std::fmt::Result {
     }
     writeln!(
         out,
-        "Usage: armbridge [COMMAND] [OPTIONS]; without a command, `run demo`"
+        "Usage: armbridge [COMMAND] [OPTIONS]; without a command, run demo"
     )?;
     for (group, names) in GROUPS {
         let found = names
@@ -78,10 +106,10 @@ fn write_help(out: &mut String, command: &Command) -> std::fmt::Result {
     write!(
         out,
         "\nOptions:\n  \
-         -h, --help      Print this, or after a command its purpose, options and examples\n  \
+         -h, --help      Print this, or after a command its options and examples\n  \
          -V, --version   Print the version\n\n\
          Commands for a board take --link, such as serial:, tcp://HOST:PORT, sim: or\n\
-         emulate:; `armbridge config` shows the default.\n"
+         emulate:; armbridge config shows the default.\n"
     )
 }
 
@@ -103,13 +131,13 @@ fn write_group<'a>(
 
 #[cfg(test)]
 mod tests {
-    use clap::{Arg, Command, CommandFactory};
+    use clap::{Arg, Command};
 
     use super::*;
-    use crate::cli::Cli;
+    use crate::cli::command;
 
     fn built() -> Command {
-        let mut command = Cli::command();
+        let mut command = command();
         command.build();
         command
     }
@@ -129,15 +157,30 @@ mod tests {
         let command = built();
         let help = help(&command);
         assert!(help.lines().count() <= 56, "{help}");
-        assert!(
-            help.lines().all(|line| line.chars().count() <= 96),
-            "{help}"
-        );
         assert!(!help.contains("\nMore:"), "in no group: {help}");
         for name in command.get_subcommands().map(Command::get_name) {
             let line = format!("\n  {name:<15}");
             assert_eq!(help.matches(&line).count(), 1, "{name}");
         }
+    }
+
+    #[test]
+    fn no_help_is_wider_than_a_terminal_or_has_code_marks() {
+        let mut helps = 0;
+        let mut check = |path: &str, command: &Command| {
+            let mut command = command.clone();
+            let texts = [command.render_help(), command.render_long_help()];
+            for text in texts.map(|text| text.to_string()) {
+                let wide = text.lines().find(|line| line.chars().count() > WIDTH);
+                assert_eq!(wide, None, "{path}");
+                let marked = text.lines().find(|line| line.contains('`'));
+                assert_eq!(marked, None, "{path}");
+                helps += 1;
+            }
+        };
+        check("armbridge", &built());
+        walk(&built(), "armbridge", &mut check);
+        assert!(helps > 70, "{helps}");
     }
 
     #[test]

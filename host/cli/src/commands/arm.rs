@@ -19,9 +19,10 @@ Examples:
   armbridge arm --for 5                   the simulated board, for 5 s
   armbridge arm --link usb: --record run.mcap
 
-Armed means ready to move, with zero torque. The program keeps running: a board whose
-host falls silent switches the motors off. Ctrl-C disarms, then ends. Exit code 1: the
-board switched torque off, was reset, or the link broke; 143: a request to terminate.";
+Armed means ready to move, with zero torque. The program keeps running: a board
+whose host falls silent switches the motors off. Ctrl-C disarms, then ends. Exit
+code 1: the board switched torque off, was reset or disarmed, reports nothing, or
+the link broke; 143: a request to terminate.";
 
 /// Arm and stay.
 #[derive(Args, Debug)]

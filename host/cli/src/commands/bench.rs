@@ -30,13 +30,13 @@ pub(crate) const EXAMPLES: &str = "\
 Examples:
   armbridge bench
   armbridge bench --estimator luenberger --friction 0,0 --seeds 1..20
-  armbridge bench --controller computed-torque --natural 20,20 --reference sine:0.3,0.3,1
+  armbridge bench --controller computed-torque --reference sine:0.3,0.3,1
   armbridge bench --plant dead-zone --disturb 1,0.2,3,0.05 --loss 0.2
 
-Unspecified options use the recommended settings: the LQR, the Kalman filter, and
-0.04 N m against friction. Results are of the true arm's worse joint. Ctrl-C ends the
-bench after the trials that have begun; the finished ones are printed, and the exit code
-is 130.";
+Unspecified options use the recommended settings: the LQR, the Kalman filter,
+and 0.04 N m against friction. Results are of the true arm's worse joint. Ctrl-C
+ends the bench after the trials that have begun; the finished ones are printed,
+and the exit code is 130.";
 
 /// Default initial angles in rad.
 const INITIAL_RAD: [f64; JOINTS] = [0.49, -0.3];

@@ -20,15 +20,16 @@ use crate::args::TaskArgs;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
-  armbridge calibrate --link serial:                   both joints
+  armbridge calibrate --link serial:                both joints
   armbridge calibrate --link usb: --joint 2
-  armbridge calibrate --link serial: --check-motor     each motor pushes once, after a question
+  armbridge calibrate --link serial: --check-motor  each motor pushes once
   printf '\\n\\n\\n\\ny\\n' | armbridge calibrate --link tcp://127.0.0.1:7001
 
 The motors are off while the arm is moved by hand. Nothing is changed before you
-confirm; then zero and direction of each joint are set and saved on the board, and all
-its other settings stay. In a script, each line of the input is one answer. To practise,
-calibrate the simulated arm of `armbridge serve board`, and turn it by `armbridge hand`.";
+confirm; then zero and direction of each joint are set and saved on the board,
+and all its other settings stay. In a script, each line of the input is one
+answer. To practise, calibrate the simulated arm of armbridge serve board, and
+turn it by armbridge hand.";
 
 /// How a simulated arm is turned.
 const PRACTICE: &str = "\

@@ -13,7 +13,7 @@ Examples:
   armbridge clear --link serial:
   armbridge clear --link tcp://127.0.0.1:7001 --json
 
-Remove the cause first: `armbridge status` shows it.";
+Remove the cause first: armbridge status shows it.";
 
 pub(crate) fn run(args: &TaskArgs) -> Outcome {
     let uri = Config::discover()?.link(args.link.link.as_ref())?;

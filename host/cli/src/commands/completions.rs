@@ -13,7 +13,8 @@ use crate::args::suggestions::{plant_names, scenario_names};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
-  armbridge completions bash > ~/.local/share/bash-completion/completions/armbridge
+  armbridge completions bash \\
+      > ~/.local/share/bash-completion/completions/armbridge
   armbridge completions zsh > ~/.zfunc/_armbridge
   armbridge completions fish > ~/.config/fish/completions/armbridge.fish
   armbridge completions powershell >> $PROFILE";

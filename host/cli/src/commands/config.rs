@@ -18,9 +18,9 @@ Examples:
   armbridge config --init
   armbridge config --explain | less
 
-armbridge.toml is searched for in the working directory and its parents. Options of a
-command override the environment (ARMBRIDGE_LINK, ARMBRIDGE_OUT), which overrides the
-file, which overrides the defaults.";
+armbridge.toml is searched for in the working directory and its parents. Options
+of a command override the environment (ARMBRIDGE_LINK, ARMBRIDGE_OUT), which
+overrides the file, which overrides the defaults.";
 
 /// The configuration in force.
 #[derive(Args, Debug)]
@@ -73,10 +73,7 @@ pub(crate) fn run(args: &ConfigArgs) -> Outcome {
             file.display()
         ),
         Some(_) => "The file sets nothing on the board, which keeps its own settings.".to_owned(),
-        None => {
-            "No armbridge.toml here or above: `armbridge config --init` writes one, all comments."
-                .to_owned()
-        }
+        None => "No armbridge.toml here or above: `armbridge config --init` writes one.".to_owned(),
     };
     writeln!(out, "\n{remark}")?;
     Ok(ExitCode::SUCCESS)

@@ -33,12 +33,13 @@ Examples:
   armbridge design --natural 20,20 --damping 1,1 --plot step.svg
   armbridge design --q 30,30,0.3,0.3 --estimator kalman --apply --link serial:
 
-Unspecified options are taken from armbridge.toml, or the board's defaults. Poles and
-margins are those of the linear loop about upright that the board closes: torque held for
-a period and acting a period after the sample, the estimator included, rounding and dry
-friction left out. Margins are of the torque: the gain, phase and delay errors that it
-may have; the disc margin holds for both joints at once, with different errors. The
-figure shows the linear loop and the simulation, friction and noise included.";
+Unspecified options are taken from armbridge.toml, or the board's defaults.
+Poles and margins are those of the linear loop about upright that the board
+closes: torque held for a period and acting a period after the sample, the
+estimator included, rounding and dry friction left out. Margins are of the
+torque: the gain, phase and delay errors that it may have; the disc margin holds
+for both joints at once, with different errors. The figure shows the linear loop
+and the simulation, friction and noise included.";
 
 /// A design.
 #[derive(Args, Debug)]

@@ -15,9 +15,9 @@ Examples:
   armbridge diff runs/before runs/after
   armbridge diff a.mcap b.mcap c.mcap --align setpoint --json
 
-Each run is compared with the first, at the same times after the event of --align.
-Where periods differ, the ticks of the slower run count: angles and speeds of the
-faster one are interpolated there.
+Each run is compared with the first, at the same times after the event of
+--align. Where periods differ, the ticks of the slower run count: angles and
+speeds of the faster one are interpolated there.
 
 Exit codes: 0 equal, 1 different.";
 

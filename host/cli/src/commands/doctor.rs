@@ -27,8 +27,8 @@ Examples:
   armbridge doctor emulate        fails unless the firmware can be emulated
   armbridge doctor usb flash --json
 
-Exit codes: 0 the simulated arm and the named jobs can run, 1 something that they need is
-missing or stale.";
+Exit codes: 0 the simulated arm and the named jobs can run, 1 something that
+they need is missing or stale.";
 
 /// Smallest terminal that the dashboard and the tables fit: columns and lines.
 const TERMINAL: (u16, u16) = (80, 24);

@@ -45,7 +45,7 @@ pub(crate) struct ExportArgs {
 pub(crate) enum FormatName {
     /// One row per tick, units in the header.
     Csv,
-    /// Columns for pandas, polars, `DuckDB`.
+    #[value(help = "Columns for pandas, polars, DuckDB")]
     Parquet,
     /// Named fields for MATLAB and Octave.
     Mat,

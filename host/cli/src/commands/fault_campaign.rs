@@ -25,9 +25,10 @@ Examples:
   armbridge fault-campaign --seed 17
   armbridge fault-campaign --servos stock
 
-An even seed is one fault, an odd one a pair. A motor counts as on while it is driven in
-a mode that must not drive it and its servo can be reached. Contact is the speed at which
-the arm meets the table, far the time for which it is driven 0.5 rad from its reference.";
+An even seed is one fault, an odd one a pair. A motor counts as on while it is
+driven in a mode that must not drive it and its servo can be reached. Contact is
+the speed at which the arm meets the table, far the time for which it is driven
+0.5 rad from its reference.";
 
 /// Faults of every kind.
 #[derive(Args, Debug)]

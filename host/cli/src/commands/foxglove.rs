@@ -9,14 +9,17 @@ use crate::args::{ExposeArgs, SessionArgs};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
-  armbridge foxglove                                    the simulated arm, on ws://127.0.0.1:8765
-  armbridge foxglove --link serial: --record run.mcap   the board that is plugged in, and a log
-  armbridge foxglove --allow-arm                        viewers may let the motors come on
+  armbridge foxglove                    the simulated arm, ws://127.0.0.1:8765
+  armbridge foxglove --link serial:     the board that is plugged in
+  armbridge foxglove --record run.mcap  the same as the first, and a log
+  armbridge foxglove --allow-arm        viewers may let the motors come on
 
-Open the address that it prints in Foxglove (Open connection, Foxglove WebSocket). A viewer
-without the token in the address watches, and may call /stop and /disarm. A viewer that has
-armed the arm holds it: when it leaves, the arm is disarmed. Parameters are edited in its Parameters panel; /stop, /disarm and /clear_fault are called
-from its Service Call panel, with {} as the request. Ctrl-C disarms the board and ends the server.";
+Open the address that it prints in Foxglove (Open connection, Foxglove
+WebSocket). A viewer without the token in the address watches, and may call
+/stop and /disarm. A viewer that has armed the arm holds it: when it leaves, the
+arm is disarmed. Parameters are edited in its Parameters panel; /stop, /disarm
+and /clear_fault are called from its Service Call panel, with {} as the request.
+Ctrl-C disarms the board and ends the server.";
 
 /// Port that viewers look for.
 const PORT: u16 = 8765;

@@ -13,15 +13,16 @@ use armbridge_client::stdio;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
-  armbridge serve board --listen tcp://127.0.0.1:7001      in a terminal of its own
-  armbridge hand 0.3,-0.2 --link tcp://127.0.0.1:7001      lift the arm, and hold it there
+  armbridge serve board --listen tcp://127.0.0.1:7001   in another terminal
+  armbridge hand 0.3,-0.2 --link tcp://127.0.0.1:7001   lift and hold it
   armbridge hand 0,0 --duration 3 --link tcp://127.0.0.1:7001
-  armbridge hand --release --link tcp://127.0.0.1:7001     let go of it
+  armbridge hand --release --link tcp://127.0.0.1:7001      let go of it
 
-The hand moves both joints to these true angles, smoothly, and holds the arm until a motor
-drives it or it is released. It is an event of the simulation and no command: so a
-calibration can be practised, with `armbridge calibrate` in a second terminal. While the
-board is armed, the motors have the arm. Only a simulated arm can be moved so.";
+The hand moves both joints to these true angles, smoothly, and holds the arm
+until a motor drives it or it is released. It is an event of the simulation and
+no command: so a calibration can be practised, with armbridge calibrate in a
+second terminal. While the board is armed, the motors have the arm. Only a
+simulated arm can be moved so.";
 
 /// A hand on the simulated arm.
 #[derive(Args, Debug)]

@@ -33,7 +33,8 @@ Examples:
   armbridge identify run --link serial:
   armbridge run multisine && armbridge identify fit
   armbridge identify fit runs/*-multisine runs/*-staircase runs/*-stiction
-  armbridge identify fit run.mcap --out arm.toml && armbridge params --from arm.toml --save
+  armbridge identify fit run.mcap --out arm.toml
+  armbridge params --from arm.toml --save
   armbridge identify paper";
 
 /// An arm's parameters, from its logs.
@@ -63,11 +64,12 @@ Examples:
   armbridge identify fit runs/*-multisine --held-out runs/*-sweep --report page
   armbridge identify fit run.mcap --weighed 0.05 --json
 
-Only ticks in which the motors are driven count, and a joint is informative only while it
-slides. Motion determines torques up to a common factor, which the arm's weight fixes:
-arm.m1_kg, arm.m2_kg and the lengths in the log. Exit code 1, with a diagnosis and no
-estimates, if the logs do not identify the arm: empty, too short, samples lost, clipped,
-wrong joint, wrong direction, not driven, external torque, model mismatch.";
+Only ticks in which the motors are driven count, and a joint is informative only
+while it slides. Motion determines torques up to a common factor, which the
+arm's weight fixes: arm.m1_kg, arm.m2_kg and the lengths in the log. Exit code
+1, with a diagnosis and no estimates, if the logs do not identify the arm:
+empty, too short, samples lost, clipped, wrong joint, wrong direction, not
+driven, external torque, model mismatch.";
 
 #[derive(Args, Debug)]
 pub(crate) struct FitArgs {

@@ -18,7 +18,8 @@ Examples:
   armbridge man | man -l -
   armbridge man --out ~/.local/share/man/man1
 
-A page for the program and one for each command: armbridge(1), armbridge-run(1), ...";
+One page for the program, armbridge(1), and one for each command, such as
+armbridge-run(1).";
 
 /// Manual pages.
 #[derive(Args, Debug)]

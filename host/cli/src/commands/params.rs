@@ -27,15 +27,14 @@ Examples:
   armbridge params
   armbridge params limits controller.q --link serial:
   armbridge params limits.hold_ms=80 controller.q=30,30,0.3,0.3 --link serial:
-  armbridge params controller.kind=computed-torque controller.natural_rad_s=25,25
+  armbridge params controller.kind=computed-torque controller.damping=1,1
   armbridge params --from gains.toml --save
 
-A group such as limits stands for all of its parameters, and those named are explained. The board accepts all changes of
-a group or none: the limits, only while it is idle, and the set-up, without a step in the
-torque. Exit code 1 if it refuses.";
+A group such as limits stands for all of its parameters, and those named are
+explained. The board accepts all changes of a group or none: the limits, only
+while it is idle, and the set-up, without a step in the torque. Exit code 1 if
+it refuses.";
 
-/// Columns of a terminal.
-const WIDTH: usize = 80;
 /// Begin of a line that explains.
 const INDENT: &str = "    ";
 /// Last line of the table of all.
@@ -149,32 +148,32 @@ fn show(args: &ParamsArgs) -> Outcome {
 
 /// A table of parameters; explained if they are few.
 fn as_text(shown: &[&Parameter], settings: &Settings, is_explained: bool) -> String {
-    let heads = ["key", "value", "unit"].map(str::to_owned).to_vec();
-    let rows = shown.iter().map(|parameter| row(parameter, settings));
-    let rows: Vec<Vec<String>> = std::iter::once(heads).chain(rows).collect();
-    let table = text_table::columns(&rows);
-    if !is_explained {
-        return table + EXPLAINED;
-    }
-    let mut lines = table.lines();
-    let mut text = lines.next().unwrap_or_default().to_owned() + "\n";
-    for (parameter, line) in shown.iter().zip(lines) {
-        text = text + line + "\n";
-        let about = about(parameter, settings);
-        for line in text_table::wrap(about.split(' '), " ", WIDTH - INDENT.len(), "") {
-            text = text + INDENT + &line + "\n";
+    let keys = shown.iter().map(|parameter| parameter.key.len());
+    let width = keys.max().unwrap_or_default();
+    let mut text = format!("{:<width$}  value\n", "key");
+    for parameter in shown {
+        let value = value_text(parameter, settings);
+        let indent = " ".repeat(width + 2);
+        let row = format!("{:<width$}  {value}", parameter.key);
+        text.push_str(&text_table::fold(&row, &indent));
+        if is_explained {
+            let about = format!("{INDENT}{}", about(parameter, settings));
+            text.push_str(&text_table::fold(&about, INDENT));
         }
+    }
+    if !is_explained {
+        text.push_str(EXPLAINED);
     }
     text
 }
 
 /// Parameters by their names, or those of groups.
-fn requested(keys: &[String]) -> Result<Vec<&'static Parameter>, params::ParameterError> {
+fn requested(keys: &[String]) -> Result<Vec<&'static Parameter>, Error> {
     let of_key = |key: &String| {
         let is_it = |parameter: &&Parameter| parameter.key == key || parameter.group() == key;
         let found: Vec<_> = params::all().iter().filter(is_it).collect();
         if found.is_empty() {
-            Err(params::unknown(key))
+            Err(unknown(key))
         } else {
             Ok(found)
         }
@@ -184,6 +183,21 @@ fn requested(keys: &[String]) -> Result<Vec<&'static Parameter>, params::Paramet
     }
     let found: Result<Vec<_>, _> = keys.iter().map(of_key).collect();
     Ok(found?.concat())
+}
+
+/// Error of a name that is neither a parameter nor a group.
+fn unknown(key: &str) -> Error {
+    let mut groups: Vec<_> = params::all().iter().map(Parameter::group).collect();
+    groups.dedup();
+    match params::nearest(key, groups.iter().copied()) {
+        _ if key.contains('.') => params::unknown(key).into(),
+        Some(group) => format!("there is no parameter or group `{key}`; is it `{group}`?").into(),
+        None => format!(
+            "there is no parameter or group `{key}`; the groups are {}",
+            groups.join(", ")
+        )
+        .into(),
+    }
 }
 
 /// Meaning of a parameter; of one that is not in use, what it belongs to as well.
@@ -201,10 +215,13 @@ fn about(parameter: &Parameter, settings: &Settings) -> String {
     }
 }
 
-fn row(parameter: &Parameter, settings: &Settings) -> Vec<String> {
-    let value = parameter.value(settings);
-    let value = value.as_ref().map_or_else(|| "-".to_owned(), to_text);
-    vec![parameter.key.to_owned(), value, parameter.unit.to_owned()]
+/// The value with its unit; `-`, and the unit in brackets, for one that is not in use.
+fn value_text(parameter: &Parameter, settings: &Settings) -> String {
+    match (parameter.value(settings), parameter.unit) {
+        (Some(value), unit) => format!("{} {unit}", to_text(&value)).trim_end().to_owned(),
+        (None, "") => "-".to_owned(),
+        (None, unit) => format!("- ({unit})"),
+    }
 }
 
 fn as_json(parameter: &Parameter, settings: &Settings) -> Value {

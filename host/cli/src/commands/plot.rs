@@ -18,11 +18,12 @@ pub(crate) const EXAMPLES: &str = "\
 Examples:
   armbridge plot
   armbridge plot run.mcap --what tracking,spectrum --from 2 --to 6 --format svg
-  armbridge plot before.mcap after.mcap third.mcap --align setpoint --out compared
+  armbridge plot before.mcap after.mcap --align setpoint --out compared
 
-Times are in s after the first armed tick. Several runs are aligned where the arm is first
-driven, or at another event, and drawn over each other as compare-angles and so on.
-A file of the same name and other contents is kept: the new one is angles-2.svg.";
+Times are in s after the first armed tick. Several runs are aligned where the
+arm is first driven, or at another event, and drawn over each other as
+compare-angles and so on. A file of the same name and other contents is kept:
+the new one is angles-2.svg.";
 
 /// Logs to draw.
 #[derive(Args, Clone, Debug)]

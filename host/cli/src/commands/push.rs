@@ -12,12 +12,12 @@ use armbridge_client::stdio;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
-  armbridge serve board --listen tcp://127.0.0.1:7001      in a terminal of its own
+  armbridge serve board --listen tcp://127.0.0.1:7001   in another terminal
   armbridge push --link tcp://127.0.0.1:7001
-  armbridge push --joint 2 --torque -0.3 --duration 0.2 --link tcp://127.0.0.1:7001
+  armbridge push --joint 2 --torque -0.3 --link tcp://127.0.0.1:7001
 
-A push is an event of the simulation and no command: it acts also while another program
-commands the board. Only a simulated arm can be pushed.";
+A push is an event of the simulation and no command: it acts also while another
+program commands the board. Only a simulated arm can be pushed.";
 
 /// A push on the simulated arm.
 #[derive(Args, Debug)]

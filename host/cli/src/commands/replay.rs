@@ -22,12 +22,13 @@ Examples:
   armbridge replay runs/2026-01-31T12-00-00Z-demo
   armbridge replay board.mcap --json
   armbridge replay --with gains.toml
-  armbridge replay --set controller.q=[40,40,1,1] --set limits.torque_nm=[0.5,0.5]
+  armbridge replay --set controller.q=40,40,1,1 --set limits.torque_nm=1,1
 
-Raw counts, commands, parameters and timing of the log go through the code that ran on
-the board; every output of every tick must be equal, to the bit. Exit codes: 0 equal, 1
-different, 2 not comparable. With other settings the replay shows the torques that the
-board would have commanded, open-loop: the arm's motion stays as recorded.";
+Raw counts, commands, parameters and timing of the log go through the code that
+ran on the board; every output of every tick must be equal, to the bit. Exit
+codes: 0 equal, 1 different, 2 not comparable. With other settings the replay
+shows the torques that the board would have commanded, open-loop: the arm's
+motion stays as recorded.";
 
 /// The board's code on a log's inputs.
 #[derive(Args, Debug)]

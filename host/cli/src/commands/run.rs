@@ -30,19 +30,19 @@ pub(super) use staging::Staging;
 pub(crate) const EXAMPLES: &str = "\
 Examples:
   armbridge run --list                      the scenarios that ship
-  armbridge run                             the demo, simulated, as fast as possible
+  armbridge run                             the demo, simulated, at full speed
   armbridge run demo --control compensated  the same, friction compensated
   armbridge run push --link emulate:        on the firmware image in QEMU
   armbridge run mine.toml --link serial:    a file of your own, on a board
   armbridge run mine.toml --check           check the file; nothing moves
   armbridge run hour --duration 600 --json  ten minutes, with a summary as JSON
 
-A scenario is a TOML file; `armbridge run NAME --show` prints one that ships, as a
-starting point. Ctrl-C switches the motors off, then ends the run. The log and the plots
-of the run are in a new folder in runs/.
+A scenario is a TOML file; armbridge run NAME --show prints one that ships, as a
+starting point. Ctrl-C switches the motors off, then ends the run. The log and
+the plots of the run are in a new folder in runs/.
 
-Exit codes: 0 the run met the scenario's expectations, 1 it did not (a fault, a missed
-expectation, records lost), 2 there was no run, 130 ended by ctrl-c.";
+Exit codes: 0 the run met the scenario's expectations, 1 it did not (a fault, a
+missed expectation, records lost), 2 there was no run, 130 ended by ctrl-c.";
 
 /// A scenario, and what overrides it.
 #[expect(clippy::struct_excessive_bools, reason = "each is a switch of its own")]

@@ -24,9 +24,9 @@ Examples:
   armbridge scan --port tcp://127.0.0.1:7000 --ids 0..253
   armbridge scan --port /dev/ttyACM1 --bauds 1000000 --json
 
-An id without a servo takes 40 ms at each rate: 6 s for the default ids and rates, 45 s
-for all ids at these rates. Over TCP the other side sets the rate, so only one is tried.
-Exit code 1: no servo was found.";
+An id without a servo takes 40 ms at each rate: 6 s for the default ids and
+rates, 45 s for all ids at these rates. Over TCP the other side sets the rate,
+so only one is tried. Exit code 1: no servo was found.";
 
 /// Area and output of a scan.
 #[derive(Args, Debug)]

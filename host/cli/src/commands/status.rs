@@ -27,9 +27,9 @@ Examples:
   armbridge status --link serial:         of the board that is plugged in
   armbridge status --link tcp://127.0.0.1:7001 --json
 
-A hello disarms the board, as a link has one host. Of a served board that another program
-commands, the status is what that program receives. If another program has the link alone, the
-command reports that and does nothing.";
+A hello disarms the board, as a link has one host. Of a served board that
+another program commands, the status is what that program receives. If another
+program has the link alone, the command reports that and does nothing.";
 
 pub(crate) fn run(args: &TaskArgs) -> Outcome {
     let (uri, host) = task::go(args, "status", Pace::Free, Status::default())?;

@@ -24,17 +24,19 @@ use crate::args::{OutputArgs, ScenarioArgs, ScenarioArmArgs};
 pub(crate) const EXAMPLES: &str = "\
 Examples:
   armbridge sweep demo --over seed=1..20
-  armbridge sweep demo --over controller.r=[5,5],[10,10],[20,20] --over seed=1..10
-  armbridge sweep push --over limits.torque_nm=[1,1],[0.6,0.6] --over plant=default,heavy
+  armbridge sweep demo --over controller.r=[5,5],[20,20] --over seed=1..10
+  armbridge sweep push --over limits.torque_nm=[1,1],[0.6,0.6]
+  armbridge sweep push --over plant=default,heavy
   armbridge sweep demo --over control=paper,compensated --over seed=1..20 --json
 
-Each --over names a parameter of the board, `control`, `plant` or `seed`, and its values;
-lists are in brackets. Every combination is checked before anything runs, and each run is
-that of `armbridge run SCENARIO --set KEY=VALUE --seed N`, without a log. Table, CSV and
-plot are in a new folder in runs/. Ctrl-C keeps the runs that have ended.
+Each --over names a parameter of the board, control, plant or seed, and its
+values; lists are in brackets. Every combination is checked before anything
+runs, and each run is that of armbridge run SCENARIO --set KEY=VALUE --seed N,
+without a log. Table, CSV and plot are in a new folder in runs/. Ctrl-C keeps
+the runs that have ended.
 
-Exit codes: 0 every run did what the scenario describes, 1 some did not (a fault, a missed
-expectation), 2 there was no run, 130 ended by ctrl-c.";
+Exit codes: 0 every run did what the scenario describes, 1 some did not (a
+fault, a missed expectation), 2 there was no run, 130 ended by ctrl-c.";
 
 /// A scenario and the values to try.
 #[derive(Args, Clone, Debug)]

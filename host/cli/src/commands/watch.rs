@@ -16,13 +16,15 @@ use crate::args::SessionArgs;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
-  armbridge watch                                   the simulated arm; r arms and regulates
-  armbridge watch --link serial:                    the board that is plugged in
+  armbridge watch                   the simulated arm; r arms and regulates
+  armbridge watch --link serial:    the board that is plugged in
   armbridge watch --link tcp://127.0.0.1:7001 --record run.mcap
-  armbridge watch --link tcp://127.0.0.1:7001 --observe      beside a program that commands
+  armbridge watch --link tcp://127.0.0.1:7001 --observe
+                                    beside a program that commands
 
-Keys: space stops, d disarms, q quits and disarms first, ? shows all of them. Exit code
-129: the terminal went away; the board is disarmed, and the log is closed.";
+Keys: space stops, d disarms, q quits and disarms first, ? shows all of them.
+Exit code 129: the terminal went away; the board is disarmed, and the log is
+closed.";
 
 /// A dashboard.
 #[derive(Args, Debug)]

@@ -9,7 +9,7 @@ use armbridge_client::params::{Parameter, to_text};
 use super::KEYS;
 
 /// Width at which comments are wrapped.
-const WIDTH: usize = 88;
+const WIDTH: usize = 80;
 
 /// The file: every key, commented out.
 pub fn explain() -> String {

@@ -33,6 +33,7 @@ mod transparent;
 mod viewers;
 mod walk;
 mod watch;
+mod widths;
 
 use std::path::PathBuf;
 

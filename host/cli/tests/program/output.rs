@@ -46,6 +46,7 @@ fn a_closed_pipe_ends_every_command_quietly() {
         &["completions", "bash"],
         &["man"],
         &["config"],
+        &["--help"],
         &["params"],
         &["design"],
         &["replay"],
@@ -72,8 +73,15 @@ fn a_closed_pipe_ends_every_command_quietly() {
 #[test]
 fn a_result_that_cannot_be_printed_is_an_error() {
     let program = Program::new("output-full");
-    for args in [["config"].as_slice(), &["export", "csv", "--out", "-"]] {
-        records(&program);
+    records(&program);
+    for args in [
+        ["config"].as_slice(),
+        &["export", "csv", "--out", "-"],
+        &["--help"],
+        &["run", "-h"],
+        &["help", "run"],
+        &["--version"],
+    ] {
         let full = fs::File::options().write(true).open("/dev/full").unwrap();
         let output = program.command(args).stdout(full).output().unwrap();
         let text = stderr(&output);

@@ -59,7 +59,7 @@ pub struct Parameter {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ParameterError {
     /// There is no such parameter.
-    #[error("there is no parameter `{key}`{}", nearest.map_or_else(String::new, |key| format!("; is it `{key}`?")))]
+    #[error("there is no parameter `{key}`{}", nearest.map_or_else(|| "; `armbridge params --all` lists them".to_owned(), |key| format!("; is it `{key}`?")))]
     Unknown {
         /// Requested name.
         key: String,
@@ -204,9 +204,14 @@ pub fn nearest<'a>(name: &str, names: impl IntoIterator<Item = &'a str>) -> Opti
 
     // A key in capitals is still that key.
     let name = name.to_lowercase();
-    let scored = names
-        .into_iter()
-        .map(|known| (strsim::jaro_winkler(&name, &known.to_lowercase()), known));
+    let score = |known: &str| {
+        let known = known.to_lowercase();
+        // Two letters of a short name that are swapped leave it little in common.
+        let is_slip = name.len() > 2 && strsim::osa_distance(&name, &known) == 1;
+        let alike = strsim::jaro_winkler(&name, &known);
+        if is_slip { alike.max(ALIKE) } else { alike }
+    };
+    let scored = names.into_iter().map(|known| (score(known), known));
     scored
         .filter(|(score, _)| *score >= ALIKE)
         .max_by(|(a, _), (b, _)| a.total_cmp(b))

@@ -216,7 +216,11 @@ fn errors_have_the_permitted_values() {
             "3",
             "there is no parameter `limits.hold`; is it `limits.hold_ms`?",
         ),
-        ("zzz", "3", "there is no parameter `zzz`"),
+        (
+            "zzz",
+            "3",
+            "there is no parameter `zzz`; `armbridge params --all` lists them",
+        ),
         (
             "limits.angle_rad",
             "9",

@@ -1,6 +1,7 @@
 //! Inspection of logs: contents of one, and differences of two.
 
 pub mod diff;
+mod drive_text;
 pub mod info;
 pub mod log;
 pub mod settings;

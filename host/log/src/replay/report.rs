@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::compare::Difference;
 use super::loss::Loss;
 use super::what_if::WhatIf;
+use crate::text_table;
 
 /// Result of a replay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -166,7 +167,7 @@ impl Report {
         let mut text = String::new();
         // Writing to a string cannot fail.
         let _ = self.write(&mut text);
-        text
+        text_table::fold(&text, "  ")
     }
 
     fn write(&self, out: &mut String) -> fmt::Result {

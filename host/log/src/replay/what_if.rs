@@ -15,6 +15,7 @@ use serde::Serialize;
 use toml::Value;
 
 use super::compare;
+use crate::text_table;
 
 /// Changed settings, applied wherever the log has settings.
 #[derive(Clone, Debug, Default)]
@@ -190,6 +191,31 @@ impl Sums {
     }
 }
 
+impl WhatIf {
+    /// One row for each quantity, one column for each joint.
+    fn rows(&self) -> Vec<Vec<String>> {
+        let row = |name: &str, cell: &dyn Fn(&JointChange) -> String| {
+            let cells = self.joints.iter().map(cell);
+            std::iter::once(name.to_owned()).chain(cells).collect()
+        };
+        let heads = (1..=JOINTS).map(|joint| format!("joint {joint}"));
+        let nm = |torque_nm: f64| format!("{torque_nm:.4} N m");
+        vec![
+            std::iter::once(String::new()).chain(heads).collect(),
+            row("torque rms, recorded", &|j| nm(j.torque_rms_recorded_nm)),
+            row("torque rms, computed", &|j| nm(j.torque_rms_computed_nm)),
+            row("torques apart, rms", &|j| nm(j.torque_difference_rms_nm)),
+            row("torques apart, max", &|j| nm(j.torque_difference_max_nm)),
+            row("angles apart, rms", &|j| {
+                format!("{:.3} mrad", 1e3 * j.angle_difference_rms_rad)
+            }),
+            row("speeds apart, rms", &|j| {
+                format!("{:.4} rad/s", j.speed_difference_rms_rad_s)
+            }),
+        ]
+    }
+}
+
 impl fmt::Display for WhatIf {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
@@ -207,23 +233,7 @@ impl fmt::Display for WhatIf {
             "open-loop: the arm's answers are those to the recorded torques\n"
         )?;
         writeln!(f, "{ticks} ticks, {driven} of them driven:")?;
-        writeln!(
-            f,
-            "joint    torque rms, recorded    computed      apart        max   \
-             angle apart   speed apart"
-        )?;
-        for (joint, change) in (1..).zip(&self.joints) {
-            writeln!(
-                f,
-                "{joint:>5}{:>20.4} N m{:>9.4} N m{:>7.4} N m{:>7.4} N m{:>9.3} mrad{:>8.4} rad/s",
-                change.torque_rms_recorded_nm,
-                change.torque_rms_computed_nm,
-                change.torque_difference_rms_nm,
-                change.torque_difference_max_nm,
-                change.angle_difference_rms_rad * 1e3,
-                change.speed_difference_rms_rad_s,
-            )?;
-        }
+        f.write_str(&text_table::columns(&self.rows()))?;
         let [was, is] = self.guarded;
         writeln!(
             f,

@@ -10,6 +10,9 @@ use super::sampled_experiment::ExperimentKind;
 /// any of the fits.
 const DISTINCT: f64 = 0.01;
 
+/// A value that a fit does not have.
+const NONE: &str = "–";
+
 impl PaperComparison {
     /// One row for each fit, below the paper's values; the first row is the header.
     pub fn rows(&self) -> Vec<Vec<String>> {
@@ -28,7 +31,7 @@ impl PaperComparison {
                 .map_or("both", ExperimentKind::name)
                 .to_owned();
             rows.extend(fit.paper.map(|paper| printed_row(&experiment, paper)));
-            let cell = |estimate: Option<Estimate>| estimate.map_or("–".to_owned(), estimate_text);
+            let cell = |estimate: Option<Estimate>| estimate.map_or(NONE.to_owned(), estimate_text);
             rows.push(vec![
                 experiment,
                 fit.model.name().to_owned(),
@@ -76,14 +79,28 @@ impl PaperComparison {
         sentences
     }
 
-    /// Table and sentences, ending in a line feed.
+    /// Tables and sentences, ending in a line feed.
     pub fn text(&self) -> String {
-        let mut text = text_table::columns(&self.rows());
+        let mut text = self.tables();
         for sentence in self.sentences() {
             text.push('\n');
-            text.push_str(&wrapped(&sentence));
+            text.push_str(&text_table::fold(&sentence, ""));
         }
         text
+    }
+
+    /// The rows as two tables: all columns beside each other are wider than a terminal.
+    fn tables(&self) -> String {
+        let rows = self.rows();
+        let take =
+            |row: &Vec<String>, columns: [usize; 4]| columns.map(|c| row[c].clone()).to_vec();
+        let friction = rows.iter().map(|row| take(row, [0, 1, 2, 5]));
+        let is_empty = |row: &&Vec<String>| row[3] == NONE && row[4] == NONE;
+        let torque = rows.iter().filter(|row| !is_empty(row));
+        let torque = torque.map(|row| take(row, [0, 1, 3, 4]));
+        [friction.collect::<Vec<_>>(), torque.collect()]
+            .map(|rows| text_table::columns(&rows))
+            .join("\n")
     }
 
     /// Warning that viscous friction alone is of the wrong form, if it is.
@@ -136,8 +153,8 @@ fn estimate_text(Estimate { value, half_width }: Estimate) -> String {
 
 /// Row of the printed b1 and torque of an experiment.
 fn printed_row(experiment: &str, paper: [Option<f64>; 2]) -> Vec<String> {
-    let [b1, torque_nm] = paper.map(|value| value.map_or("–".to_owned(), |x| x.to_string()));
-    let none = "–".to_owned();
+    let [b1, torque_nm] = paper.map(|value| value.map_or(NONE.to_owned(), |x| x.to_string()));
+    let none = NONE.to_owned();
     vec![
         experiment.to_owned(),
         "the paper".to_owned(),
@@ -152,26 +169,6 @@ fn printed_row(experiment: &str, paper: [Option<f64>; 2]) -> Vec<String> {
 fn rounded(value: f64) -> String {
     let scale = 10_f64.powi((value.log10().floor() as i32 - 1).max(0));
     format!("{:.0}", (value / scale).round() * scale)
-}
-
-/// Text wrapped to lines of 88 columns.
-fn wrapped(text: &str) -> String {
-    const WIDTH: usize = 88;
-    let mut lines = vec![String::new()];
-    for word in text.split_whitespace() {
-        let last = lines.last_mut().filter(|line| {
-            line.is_empty() || line.chars().count() + 1 + word.chars().count() <= WIDTH
-        });
-        match last {
-            Some(line) if line.is_empty() => line.push_str(word),
-            Some(line) => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            None => lines.push(word.to_owned()),
-        }
-    }
-    lines.join("\n") + "\n"
 }
 
 #[cfg(test)]

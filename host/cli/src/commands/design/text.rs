@@ -13,12 +13,13 @@ pub(super) fn as_text(settings: &Settings, design: &Design) -> String {
             .map(|cell| (*cell).to_owned())
             .collect::<Vec<_>>()
     };
-    let heading = format!(
-        "armbridge design · controller {} · estimator {} · period {} µs\n",
-        kind("controller.kind"),
-        kind("estimator.kind"),
-        settings.setup.period_us
-    );
+    let heading = [
+        "armbridge design".to_owned(),
+        format!("controller {}", kind("controller.kind")),
+        format!("estimator {}", kind("estimator.kind")),
+        format!("period {} µs", settings.setup.period_us),
+    ];
+    let heading = text_table::wrap(heading, " · ", text_table::WIDTH, "  ").join("\n") + "\n";
     let mut gain = vec![strings(&["gain", "q1", "q2", "dq1", "dq2"])];
     for (joint, row) in design.gain.iter().enumerate() {
         let cells = row.iter().map(|k| format!("{k:.4}"));
@@ -50,18 +51,37 @@ pub(super) fn as_text(settings: &Settings, design: &Design) -> String {
             format!("{:.1} ms", 1e3 * decay_s),
         ]
     }));
-    let mut margins = vec![strings(&["margin of", "gain", "phase", "delay"])];
+    let mut margins = vec![strings(&[
+        "margin of",
+        "gain",
+        "in dB",
+        "phase",
+        "at rad/s",
+        "delay",
+    ])];
     for (joint, of_joint) in design.margins.joints.iter().enumerate() {
         margins.push(margin_row(&format!("torque {}", joint + 1), of_joint));
     }
-    let both = range(design.margins.both_gain);
-    margins.push(vec!["both alike".into(), both, "-".into(), "-".into()]);
-    let disc = design.margins.disc;
+    let none = || "-".to_owned();
+    let [both, both_db] = range(design.margins.both_gain);
     margins.push(vec![
-        "both, each its own".into(),
-        range(disc.gain.map(Some)),
-        format!("{:.1}°", disc.phase_deg),
-        "-".into(),
+        "both alike".into(),
+        both,
+        both_db,
+        none(),
+        none(),
+        none(),
+    ]);
+    let disc = design.margins.disc;
+    let [own, own_db] = range(disc.gain.map(Some));
+    let phase = format!("{:.1}°", disc.phase_deg);
+    margins.push(vec![
+        "each its own".into(),
+        own,
+        own_db,
+        phase,
+        none(),
+        none(),
     ]);
     let peak = format!(
         "disc margin {:.3} at {:.1} rad/s; largest sensitivity {:.3} at {:.1} rad/s\n",
@@ -88,23 +108,22 @@ pub(super) fn as_text(settings: &Settings, design: &Design) -> String {
 
 fn margin_row(name: &str, margins: &JointMargins) -> Vec<String> {
     let none = || "-".to_owned();
-    let phase = margins.phase.map(|crossing| {
-        format!(
-            "{:.1}° at {:.1} rad/s",
-            crossing.margin_deg, crossing.at_rad_s
-        )
-    });
+    let phase = margins.phase.map(|at| format!("{:.1}°", at.margin_deg));
+    let at = margins.phase.map(|at| format!("{:.1}", at.at_rad_s));
+    let [gain, gain_db] = range(margins.gain);
     let delay = margins.delay_s.map(|s| format!("{:.2} ms", 1e3 * s));
     vec![
         name.to_owned(),
-        range(margins.gain),
+        gain,
+        gain_db,
         phase.unwrap_or_else(none),
+        at.unwrap_or_else(none),
         delay.unwrap_or_else(none),
     ]
 }
 
-/// Factors, as `0.21 to 18.3 (-13.6 to +25.2 dB)`.
-fn range([low, high]: [Option<f64>; 2]) -> String {
+/// Factors, as `0.21 to 18.3`, and the same in dB, as `-13.6 to +25.2`.
+fn range([low, high]: [Option<f64>; 2]) -> [String; 2] {
     let factor = |gain: Option<f64>, none: &str| {
         gain.map_or_else(|| none.to_owned(), |gain| format!("{gain:.3}"))
     };
@@ -114,11 +133,8 @@ fn range([low, high]: [Option<f64>; 2]) -> String {
             |gain| format!("{:+.1}", 20.0 * gain.log10()),
         )
     };
-    format!(
-        "{} to {} ({} to {} dB)",
-        factor(low, "0"),
-        factor(high, "any"),
-        decibel(low, "-inf"),
-        decibel(high, "+inf")
-    )
+    [
+        format!("{} to {}", factor(low, "0"), factor(high, "any")),
+        format!("{} to {}", decibel(low, "-inf"), decibel(high, "+inf")),
+    ]
 }

@@ -8,6 +8,7 @@ use armbridge_analysis::paper::identification::{self, PaperComparison, SampledEx
 use armbridge_analysis::run_folder::RunFolder;
 use armbridge_client::stdio;
 use armbridge_log::recording::Recording;
+use armbridge_log::text_table;
 use armbridge_shared::arm::Parameters;
 use clap::Args;
 use serde::Serialize;
@@ -17,14 +18,15 @@ use crate::args::values::seed;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
-  armbridge identify paper                    the paper's two experiments, simulated
+  armbridge identify paper            the paper's two experiments, simulated
   armbridge run paper-free-fall && armbridge run paper-constant-input
   armbridge identify paper runs/*-paper-free-fall runs/*-paper-constant-input
   armbridge identify paper runs/*-paper-free-fall --as-paper --json
 
-The paper fits viscous friction to a free fall, b1 = 0.421, and friction and torque to a
-constant input, b1 = 0.239. Both are fitted as in the paper, then with dry friction.
-Inertia and weight are those of the log's board. A figure is written to a run folder.";
+The paper fits viscous friction to a free fall, b1 = 0.421, and friction and
+torque to a constant input, b1 = 0.239. Both are fitted as in the paper, then
+with dry friction. Inertia and weight are those of the log's board. A figure is
+written to a run folder.";
 
 /// The paper's own procedure.
 #[derive(Args, Debug)]
@@ -75,8 +77,8 @@ pub(super) fn run(args: &PaperArgs) -> Outcome {
     } else {
         let files: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
         format!(
-            "{}\nsamples every {:.0} ms\n\n{}\n{}\n",
-            comparison.source,
+            "{}samples every {:.0} ms\n\n{}\n{}\n",
+            text_table::fold(&comparison.source, "  "),
             1e3 * comparison.period_s,
             comparison.text(),
             files.join("\n")

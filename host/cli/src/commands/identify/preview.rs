@@ -6,19 +6,15 @@ use armbridge_analysis::plot::{PlotError, draw_preview};
 use armbridge_analysis::scenario::{JointPreview, Preview, Stage};
 use armbridge_log::text_table;
 
-/// Most rows of the table; a plan that repeats itself has more steps.
-const ROWS_MAX: usize = 40;
+/// Most steps of the table; a plan that repeats itself has more.
+const STEPS_MAX: usize = 40;
+
+/// Begin of a line on a joint.
+const INDENT: &str = "      ";
 
 /// The table, ending in a line feed.
 pub(super) fn as_text(preview: &Preview) -> String {
-    let heads = ["step", "from", "lasts", "joint", "angle", "at most", "what"];
-    let mut rows = vec![heads.map(str::to_owned).to_vec()];
-    for stage in preview.stages.iter().take(ROWS_MAX) {
-        for joint in 0..stage.joints.len() {
-            rows.push(row(preview, stage, joint));
-        }
-    }
-    let more = preview.stages.len().saturating_sub(ROWS_MAX);
+    let more = preview.stages.len().saturating_sub(STEPS_MAX);
     let more = if more > 0 {
         format!("... and {more} steps more\n")
     } else {
@@ -33,29 +29,53 @@ pub(super) fn as_text(preview: &Preview) -> String {
         preview.title,
         preview.stages.len(),
         preview.end_s,
-        text_table::columns(&rows),
+        table(preview),
         first.to_degrees(),
         second.to_degrees()
     )
 }
 
-fn row(preview: &Preview, stage: &Stage, joint: usize) -> Vec<String> {
+/// A line for each step, and below it one for each joint.
+fn table(preview: &Preview) -> String {
+    let heads = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
+    let mut steps: Vec<Vec<String>> = vec![heads(&["step", "from", "lasts", "what"])];
+    let mut joints: Vec<Vec<String>> = vec![heads(&["joint", "angle", "speed at most"])];
+    // The heads are one line each.
+    let mut joint_lines = vec![1];
+    for stage in preview.stages.iter().take(STEPS_MAX) {
+        steps.push(step_row(stage));
+        joints.extend((0..stage.joints.len()).map(|joint| joint_row(preview, stage, joint)));
+        joint_lines.push(stage.joints.len());
+    }
+    let (steps, joints) = (text_table::columns(&steps), text_table::columns(&joints));
+    let mut joints = joints.lines();
+    let mut text = String::new();
+    for (step, count) in steps.lines().zip(joint_lines) {
+        text = text + step + "\n";
+        for joint in joints.by_ref().take(count) {
+            text = text + INDENT + joint + "\n";
+        }
+    }
+    text
+}
+
+fn step_row(stage: &Stage) -> Vec<String> {
+    let lasts_s = stage.time_s.end - stage.time_s.start;
+    vec![
+        stage.step.to_string(),
+        format!("{:.1} s", stage.time_s.start),
+        format!("{lasts_s:.1} s"),
+        stage.doing.clone(),
+    ]
+}
+
+fn joint_row(preview: &Preview, stage: &Stage, joint: usize) -> Vec<String> {
     let joint_preview = &stage.joints[joint];
-    let only_first = |text: String| if joint == 0 { text } else { String::new() };
     let speed = joint_preview.speed_rad_s.map_or_else(
         || format!("limit {:.2} rad/s", preview.limit_rad_s[joint]),
         |speed| format!("{speed:.2} rad/s"),
     );
-    let lasts_s = stage.time_s.end - stage.time_s.start;
-    vec![
-        only_first(stage.step.to_string()),
-        only_first(format!("{:.1} s", stage.time_s.start)),
-        only_first(format!("{lasts_s:.1} s")),
-        (joint + 1).to_string(),
-        range(joint_preview),
-        speed,
-        only_first(stage.doing.clone()),
-    ]
+    vec![(joint + 1).to_string(), range(joint_preview), speed]
 }
 
 /// Range of a joint; an envelope in brackets.

@@ -31,19 +31,20 @@ use crate::args::{LinkArgs, OutputArgs, PaceName};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
-  armbridge identify run --dry-run                     show the planned motion
-  armbridge identify run                               a simulated arm
-  armbridge identify run --plant host/plants/heavy.toml   another one, unknown to the board
-  armbridge identify run --link serial: --apply        the arm on a board, sent the result
-  armbridge identify run --plan mine.toml --link tcp://127.0.0.1:7001 --yes --json
+  armbridge identify run --dry-run               show the planned motion
+  armbridge identify run                         a simulated arm
+  armbridge identify run --plant heavy           one unknown to the board
+  armbridge identify run --link serial: --apply  a real one; the board adopts it
+  armbridge identify run --plan mine.toml --link serial: --yes --json
 
-Before anything moves, every step is checked against the board's settings, and a figure
-shows the range of angles; a real arm moves only after `yes`. The run folder then has the
-log, the plots, and arm.toml for `armbridge params --from`. Parameters too uncertain for
-control are never applied, not even with --yes.
+Before anything moves, every step is checked against the board's settings, and a
+figure shows the range of angles; a real arm moves only after yes. The run
+folder then has the log, the plots, and arm.toml for armbridge params --from.
+Parameters too uncertain for control are never applied, not even with --yes.
 
-Exit codes: 0 the arm is identified, and applied if requested; 1 the run or the fit failed,
-or the board was not changed; 2 nothing has moved; 130 ended by ctrl-c, motors off.";
+Exit codes: 0 the arm is identified, and applied if requested; 1 the run or the
+fit failed, or the board was not changed; 2 nothing has moved; 130 ended by
+ctrl-c, motors off.";
 
 /// A plan, performed and fitted.
 #[derive(Args, Debug)]

@@ -12,7 +12,7 @@ fn get_shows_what_the_board_has() {
     let head = lines.next().unwrap();
     assert_eq!(
         head.split_whitespace().collect::<Vec<_>>(),
-        ["key", "value", "unit"]
+        ["key", "value"]
     );
     // A screen of 80 columns shows it, and what explains it.
     let explained = program.says(&["params", "limits", "controller.gain"]);
@@ -25,6 +25,15 @@ fn get_shows_what_the_board_has() {
     assert_eq!(hold[0]["value"], json!(100));
     assert_eq!(hold[0]["unit"], json!("ms"));
     assert_eq!(hold[0]["takes"], json!("an integer from 0 to 2000"));
+    for (key, words) in [
+        ("foo", "the groups are setup, controller, estimator, arm"),
+        ("limts", "is it `limits`?"),
+        ("limits.hold_mss", "is it `limits.hold_ms`?"),
+        ("limits.zzz", "is it `limits."),
+        ("z.z", "`armbridge params --all` lists them"),
+    ] {
+        program.fails(&["params", key], &[words]);
+    }
     // A group is all of its parameters; of other kinds only if asked for.
     let group = |args: &[&str]| program.json(args).as_array().unwrap().len();
     assert_eq!(group(&["params", "controller", "--json"]), 4);
@@ -122,7 +131,7 @@ fn a_design_goes_to_the_board_by_hand_or_by_file() {
         "gain",
         "pole of",
         "margin of",
-        "both, each its own",
+        "each its own",
         "disc margin",
     ] {
         assert!(shown.contains(word), "no {word} in {shown}");

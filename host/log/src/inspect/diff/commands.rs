@@ -3,6 +3,7 @@
 use armbridge_client::{enum_names, params};
 use armbridge_shared::link::message::{Command, Settings};
 
+use super::super::drive_text;
 use super::super::log::SentCommand;
 use super::CommandDiff;
 
@@ -55,8 +56,8 @@ pub fn command_text(command: &Command) -> String {
             pair(*angle_rad, "rad"),
             *at_us as f64 / 1e6
         ),
-        Command::Follow(motion) => format!("{name} {motion:?}"),
-        Command::Experiment(plan) => format!("{name} {plan:?}"),
+        Command::Follow(motion) => format!("{name} {}", drive_text::motion(motion)),
+        Command::Experiment(plan) => format!("{name} {}", drive_text::experiment(plan)),
         // The contents of these two are compared by name, as settings.
         Command::Idle
         | Command::Arm { .. }

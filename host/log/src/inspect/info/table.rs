@@ -5,12 +5,19 @@ use std::fmt::{Result, Write};
 
 use super::{FaultInfo, Gap, Info};
 use crate::text_table;
+use crate::text_table::WIDTH;
 
 /// Width of the left column.
 const NAME: usize = 11;
 
-/// Width of the rules.
-const WIDTH: usize = 88;
+/// Longest text of the metadata that is shown.
+const VALUE_MAX: usize = 88;
+
+/// Begin of a line of the right column that continues the one before.
+const INDENT: &str = "  ";
+
+/// Width of the tick after which a command came.
+const AFTER: usize = 14;
 
 /// Width of the right column, at which lists are broken.
 const TEXT: usize = WIDTH - NAME - 1;
@@ -53,7 +60,7 @@ impl Info {
             // The facts are shown above, the settings below, by name.
             let entries = entries
                 .iter()
-                .filter(|(_, value)| value.chars().count() <= WIDTH);
+                .filter(|(_, value)| value.chars().count() <= VALUE_MAX);
             let texts = entries.map(|(key, value)| format!("{key} {value}"));
             if !matches!(group.as_str(), "run" | "parameters" | "clock" | "end") {
                 list(out, group, texts)?;
@@ -131,9 +138,12 @@ impl Info {
             let after = after.map_or("before any".to_owned(), |tick| format!("after {tick}"));
             let refused = command.refused.as_ref();
             let refused = refused.map_or_else(String::new, |why| format!(": refused, {why}"));
-            format!("{after:<14}{}{refused}", command.command)
+            format!("{after:<AFTER$}{}{refused}", command.command)
         });
-        rows(out, "", texts.chain(more))
+        let indent = " ".repeat(AFTER);
+        texts
+            .chain(more)
+            .try_for_each(|text| hanging(out, "", &text, &indent))
     }
 
     fn write_settings(&self, out: &mut String) -> Result {
@@ -143,10 +153,11 @@ impl Info {
         if settings.is_empty() {
             return row(out, "settings", "the defaults");
         }
-        let width = settings.iter().map(|s| s.key.len()).max().unwrap_or(0);
-        let texts = settings.iter().map(|differing| {
+        let texts = settings.iter().flat_map(|differing| {
             let [default, value] = [0, 1].map(|at| differing.show(at));
-            format!("{:<width$}  {value}, default {default}", differing.key)
+            let value = format!("{} = {value}", differing.key);
+            let default = format!("default {default}");
+            text_table::wrap([value, default], ", ", TEXT, INDENT)
         });
         rows(out, "settings", texts)
     }
@@ -158,11 +169,7 @@ impl Info {
                  a second comes {:.1} us late at the median, {:.1} us at worst",
                 clocks.offset_s, clocks.drift_ppm, clocks.residual_us, clocks.residual_most_us
             );
-            rows(
-                out,
-                "clocks",
-                text_table::wrap(text.split(' '), " ", TEXT, ""),
-            )?;
+            hanging(out, "clocks", &text, "")?;
         }
         let link = format!(
             "broke {} times, {} frames lost, {} garbled",
@@ -213,7 +220,17 @@ fn counts<'a>(counts: &'a BTreeMap<&'static str, u64>) -> impl Iterator<Item = S
 }
 
 fn row(out: &mut String, name: &str, text: &str) -> Result {
-    writeln!(out, "{name:<NAME$} {text}")
+    hanging(out, name, text, INDENT)
+}
+
+/// A row whose lines after the first begin with `indent`.
+fn hanging(out: &mut String, name: &str, text: &str, indent: &str) -> Result {
+    let mut name = name;
+    for line in text_table::wrap(text.split(' '), " ", TEXT, indent) {
+        writeln!(out, "{name:<NAME$} {line}")?;
+        name = "";
+    }
+    Ok(())
 }
 
 /// Items one below the other, the name beside the first.
