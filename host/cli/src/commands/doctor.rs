@@ -59,7 +59,7 @@ enum Job {
     Usb,
     /// Firmware on a board, by a debug probe.
     Flash,
-    /// `export parquet`.
+    /// Logs exported as Parquet.
     Parquet,
     /// The server for viewers.
     Foxglove,
