@@ -66,6 +66,19 @@ pub(crate) fn axes() -> Suggested<String> {
     }
 }
 
+/// A parameter of the board, with or without a value, or a group of them.
+pub(crate) fn keys() -> Suggested<String> {
+    Suggested {
+        values: || {
+            params::all()
+                .iter()
+                .map(|parameter| parameter.key)
+                .collect()
+        },
+        parse: |text| Ok(text.into()),
+    }
+}
+
 /// A parameter of the board and its value, as `limits.hold_ms=80`.
 pub(crate) fn parameters() -> Suggested<(String, Value)> {
     Suggested {

@@ -21,6 +21,7 @@ use super::Error;
 use super::params_exchange::{ExchangeOptions, apply};
 use super::{Outcome, link};
 use crate::args::LinkArgs;
+use crate::args::suggestions::keys;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -46,7 +47,7 @@ const EXPLAINED: &str = "\nA group or a key as an argument is explained: armbrid
 pub(crate) struct ParamsArgs {
     /// Parameters or groups to show, or parameters to change with their values, lists
     /// separated by commas [default: show all].
-    #[arg(value_name = "KEY|KEY=VALUE")]
+    #[arg(value_name = "KEY|KEY=VALUE", value_parser = keys())]
     pub(crate) keys: Vec<String>,
     /// Take changes from a file with tables as in armbridge.toml, such as `design --write`
     /// writes; the command line overrides it.

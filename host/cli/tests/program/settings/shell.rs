@@ -57,6 +57,7 @@ fn bash_completes_commands_and_options() {
         completed("armbridge run --set controller.q"),
         "controller.q="
     );
+    assert_eq!(completed("armbridge params controller.q"), "controller.q");
 }
 
 /// Names of scenarios and virtual arms, beside files; parameters.
