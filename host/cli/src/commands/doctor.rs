@@ -92,6 +92,10 @@ enum Finding {
     /// It is missing: its name, and the command or action that adds it.
     Missing { what: String, remedy: String },
     /// It is there, but out of date: why, and the command that renews it.
+    #[cfg_attr(
+        not(unix),
+        expect(dead_code, reason = "an image, and there is no emulator")
+    )]
     Stale { what: String, remedy: String },
 }
 
