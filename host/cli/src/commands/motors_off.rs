@@ -113,7 +113,7 @@ fn open(args: &TaskArgs, order: Order) -> Result<(String, Option<String>), Error
 pub(super) fn run(args: &TaskArgs, order: Order) -> Outcome {
     let boards = match &args.link.link {
         Some(uri) => one(args, uri, order),
-        None => all(args, order)?,
+        None => all(args, order),
     };
     report(args, &boards, order)
 }
@@ -139,7 +139,7 @@ fn one(args: &TaskArgs, uri: &BoardUri, order: Order) -> Vec<Board> {
 }
 
 /// Every board that can be found.
-fn all(args: &TaskArgs, order: Order) -> Result<Vec<Board>, Error> {
+fn all(args: &TaskArgs, order: Order) -> Vec<Board> {
     let asked = ask(None, order);
     let mut known: Vec<BoardKey> = asked.iter().map(|asked| asked.board.clone()).collect();
     let mut boards: Vec<Board> = Vec::new();
@@ -151,9 +151,19 @@ fn all(args: &TaskArgs, order: Order) -> Result<Vec<Board>, Error> {
         }
         boards.push(board);
     }
-    let configured = match Config::discover()?.link(None)? {
-        BoardUri::Link(link) => Some(link),
-        BoardUri::Sim | BoardUri::Emulate(_) => None,
+    let configured = Config::discover().and_then(|config| config.link(None));
+    let configured = match configured {
+        Ok(BoardUri::Link(link)) => Some(link),
+        Ok(BoardUri::Sim | BoardUri::Emulate(_)) => None,
+        // It hides a board perhaps, but none that was asked.
+        Err(error) => {
+            boards.push(Board {
+                name: "the configured board".into(),
+                process: None,
+                result: Err(error.to_string()),
+            });
+            None
+        }
     };
     for link in usb_discovery::links().into_iter().chain(configured) {
         let Some(key) = BoardKey::of(&link).filter(|key| !known.contains(key)) else {
@@ -162,7 +172,7 @@ fn all(args: &TaskArgs, order: Order) -> Result<Vec<Board>, Error> {
         known.push(key);
         boards.push(Board::opened(args, link, order));
     }
-    Ok(boards)
+    boards
 }
 
 fn report(args: &TaskArgs, boards: &[Board], order: Order) -> Outcome {
@@ -175,13 +185,13 @@ fn report(args: &TaskArgs, boards: &[Board], order: Order) -> Outcome {
         stdio::print_line(json!({ "boards": boards }))?;
     }
     if boards.is_empty() {
-        let where_ = match &args.link.link {
+        let reason = match &args.link.link {
             Some(link) => format!("no program of this user runs a board on {link}"),
             None => "no program of this user has a board, none is plugged in, and the \
                      configuration names none"
                 .into(),
         };
-        return Err(format!("NOTHING WAS {undone}: {where_}; {OTHERWISE}").into());
+        return Err(format!("NOTHING WAS {undone}: {reason}; {OTHERWISE}").into());
     }
     let mut failures = Vec::new();
     for board in boards {

@@ -79,8 +79,13 @@ impl Terminals {
             let private = std::fs::Permissions::from_mode(0o700);
             std::fs::set_permissions(terminals.sockets(), private).unwrap();
         }
-        std::fs::write(terminals.0.join("armbridge.toml"), "patience_s = 0.5\n").unwrap();
+        terminals.configure("patience_s = 0.5\n");
         terminals
+    }
+
+    /// Their `armbridge.toml`.
+    pub(crate) fn configure(&self, text: &str) {
+        std::fs::write(self.0.join("armbridge.toml"), text).unwrap();
     }
 
     /// Folder of their sockets.

@@ -192,6 +192,22 @@ fn a_stop_without_a_link_stops_what_is_running_and_names_it() {
     }
 }
 
+/// A configuration that cannot be read hides no board that is running.
+#[test]
+fn a_stop_with_a_broken_configuration_stops_what_is_running() {
+    let terminals = Terminals::new("stop-broken-config");
+    let board = Served::on("pty:");
+    let link = board.link.to_string();
+    let owner = terminals.spawn(&["arm", "--quiet", "--link", &link]);
+    board.until("armed", |seen| seen.mode == Mode::Armed);
+    terminals.configure("link = \n");
+    let output = terminals.run(&["stop"]);
+    assert_ends(&output, 2, "NOT ALL WERE STOPPED: ");
+    assert_ends(&output, 2, "the board reports emergency_stop_host");
+    board.until_off();
+    assert_eq!(owner.wait_with_output().unwrap().status.code(), Some(1));
+}
+
 /// The case that was found: a simulated run went on, and a board made for the stop was stopped.
 #[test]
 fn a_simulated_run_in_another_terminal_is_stopped_and_no_other_board_is_made() {
