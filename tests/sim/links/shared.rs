@@ -2,7 +2,7 @@
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use armbridge_client::session::{BoardMessage, CommandLink, Request};
 use armbridge_shared::link::frame::{Decoder, Encoder};
@@ -39,7 +39,7 @@ fn is_closed(mut stream: &TcpStream) -> bool {
 struct ByHand {
     stream: TcpStream,
     link: CommandLink,
-    now_us: u64,
+    begun: Instant,
     /// Of messages of the server.
     notices: Decoder,
     role: Option<LinkRole>,
@@ -50,7 +50,7 @@ impl ByHand {
         Self {
             stream: connect(board),
             link: CommandLink::default(),
-            now_us: 0,
+            begun: Instant::now(),
             notices: Decoder::default(),
             role: None,
         }
@@ -74,8 +74,9 @@ impl ByHand {
 
     /// Sends what is due, and takes what has come.
     fn messages(&mut self) -> Vec<BoardMessage> {
-        self.now_us += 25_000;
-        let due = self.link.transmit(self.now_us).to_vec();
+        // A clock that ran ahead would repeat the hello before it can be answered.
+        let now_us = self.begun.elapsed().as_micros() as u64;
+        let due = self.link.transmit(now_us).to_vec();
         self.stream.write_all(&due).unwrap();
         let mut chunk = vec![0; 65_536];
         let count = self.stream.read(&mut chunk).unwrap_or(0);
