@@ -81,13 +81,13 @@ enum Saving {
     Writing,
 }
 
-/// Puts this into a place; whether that was taken.
-fn put<T>(place: &mut Option<T>, value: T) -> bool {
-    let is_taken = place.is_some();
-    if !is_taken {
-        *place = Some(value);
+/// Puts this into an empty place.
+fn put<T>(place: &mut Option<T>, value: T) -> Result<(), Refusal> {
+    if place.is_some() {
+        return Err(Refusal::Busy);
     }
-    is_taken
+    *place = Some(value);
+    Ok(())
 }
 
 impl<'a> LinkPort<'a> {
@@ -253,13 +253,12 @@ impl<'a> LinkPort<'a> {
     /// Stores the settings that come into force if the tick accepts them. Refused while the
     /// tick has not answered to others of the kind: it would not be known which are in force.
     fn offer(&mut self, sequence: u16, command: Command) -> Result<(), Refusal> {
-        let is_busy = match command {
+        match command {
             Command::Configure(setup) => put(&mut self.offered.setup, (sequence, setup)),
             Command::Limit(limits) => put(&mut self.offered.limits, (sequence, limits)),
             Command::Save => put(&mut self.saving, (sequence, Saving::Requested)),
-            _ => false,
-        };
-        if is_busy { Err(Refusal::Busy) } else { Ok(()) }
+            _ => Ok(()),
+        }
     }
 
     /// Takes the tick's answer to offered settings.
