@@ -98,6 +98,7 @@ where
         }
         match self.core.take_bus_action() {
             Some(BusAction::Halt) => self.sequencer.force_off(self.core.now_us()),
+            Some(BusAction::RepeatOff) => self.sequencer.repeat_off(),
             Some(BusAction::HandOver) => self.notify(Notification::Passthrough),
             Some(BusAction::Search) | None => {}
         }

@@ -35,7 +35,8 @@ where
             }
         }
         if has_left {
-            self.disarm();
+            // Never refused.
+            let _ = self.apply(Event::Disarm);
         }
     }
 
@@ -51,22 +52,16 @@ where
         }
         if signals.hello {
             if signals.goodbye {
-                self.disarm();
+                // Never refused.
+                let _ = self.apply(Event::Disarm);
             }
             self.begin_session();
         }
         signals.goodbye && !signals.hello
     }
 
-    /// Disarms, which is never refused; where nothing is armed the motors are told off again.
-    fn disarm(&mut self) {
-        let _ = self.apply(Event::Disarm);
-        self.sequencer.repeat_off();
-    }
-
     /// Takes a hello of the host, which disarms.
     fn begin_session(&mut self) {
-        self.sequencer.repeat_off();
         self.core.begin_session();
         self.apply_core_actions();
         let _ = self
@@ -112,9 +107,6 @@ where
         let is_stock = self.sequencer.firmware() == Firmware::Stock;
         let prepares = matches!(command, ValidatedCommand::Prepare) && !bus.is_prepared;
         let restores = matches!(command, ValidatedCommand::Release) && is_stock;
-        if matches!(command, ValidatedCommand::Idle) {
-            self.sequencer.repeat_off();
-        }
         let result = self.core.command(command, bus);
         self.apply_core_actions();
         if result.is_ok() && prepares {

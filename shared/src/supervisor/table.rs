@@ -73,6 +73,8 @@ pub enum Action {
     Keep,
     /// Motors off with the next tick.
     SwitchOff,
+    /// Motors that have to be off are commanded off again, and read back.
+    Repeat,
     /// The estimator restarts at rest at the angles of the arm, and the monitors restart.
     Energise,
     /// The reference brakes to rest.
@@ -111,7 +113,7 @@ const EVENTS: usize = Event::ClearFault as usize + 1;
 
 /// Rows are events, columns states, both in the order of their declaration.
 const TABLE: [[Cell; STATES.len()]; EVENTS] = {
-    use Action::{Energise, Halt, HandOver, Hold, Keep, Search as Find, SwitchOff as Off};
+    use Action::{Energise, Halt, HandOver, Hold, Keep, Repeat, Search as Find, SwitchOff as Off};
     use Cell::{Go, No, Stay};
     use Refusal::{Busy, Disarmed, Faulted, NotIdle, NotReady};
     use State::{
@@ -130,8 +132,8 @@ const TABLE: [[Cell; STATES.len()]; EVENTS] = {
         /* ZeroTorque    */ [Stay,               Stay,                  Stay,                  Go(Armed, Off),     Go(Armed, Off),     Stay,            Stay,            Stay],
         /* ClientCame    */ [Go(Pass, HandOver), Go(Pass, HandOver),    Stay,                  Stay,               Stay,               Stay,            Stay,            Stay],
         /* ClientLeft    */ [Stay,               Stay,                  Stay,                  Stay,               Stay,               Go(Boot, Find),  Stay,            Stay],
-        // With torque off already, Disarm has no effect.
-        /* Disarm        */ [Stay,               Stay,                  Go(Idle, Off),         Go(Idle, Off),      Go(Idle, Off),      Go(Boot, Find),  Stay,            Go(Idle, Off)],
+        // Torque that is off already may have been set on by another master on the bus.
+        /* Disarm        */ [Stay,               Go(Idle, Repeat),      Go(Idle, Off),         Go(Idle, Off),      Go(Idle, Off),      Go(Boot, Find),  Go(Fault, Repeat), Go(Idle, Off)],
         /* Arm           */ [No(NotReady),       Go(Armed, Energise),   Stay,                  Stay,               Stay,               No(BUS),         No(Faulted),     Stay],
         /* CheckMotors   */ [No(NotReady),       Go(Check, Energise),   Stay,                  Stay,               Stay,               No(BUS),         No(Faulted),     Stay],
         /* MotorsChecked */ [Stay,               Stay,                  Stay,                  Stay,               Stay,               Stay,            Stay,            Go(Armed, Energise)],
@@ -250,6 +252,8 @@ mod tests {
             }
             if event == Event::Disarm {
                 assert!(!then.is_armed(), "{pair}");
+                // Bring-up begins with the stop sequence anyway.
+                assert!(state == State::Boot || action != Action::Keep, "{pair}");
             }
             if then.is_armed() && !state.is_armed() {
                 assert_eq!(state, State::Idle, "{pair}");

@@ -182,7 +182,8 @@ impl Core {
 
     /// Begins the session of a host: disarms, because another host may have armed.
     pub fn begin_session(&mut self) {
-        if self.state().is_armed() {
+        // A client has the bus until it leaves, whichever host there is.
+        if self.state() != State::Passthrough {
             // Never refused.
             let _ = self.apply(Event::Disarm);
         }

@@ -48,6 +48,8 @@ use crate::supervisor::{Action, Event, State, Supervisor};
 pub enum BusAction {
     /// The stop sequence, repeated until every motor is confirmed off.
     Halt,
+    /// Motors that have to be off are commanded off again by the ticks, and read back.
+    RepeatOff,
     /// The stop sequence, then bring-up.
     Search,
     /// The stop sequence; then the bus is lent to the client.
@@ -332,6 +334,11 @@ impl Core {
             Action::Keep | Action::Hold => return,
             Action::SwitchOff => {
                 self.next = ActuatorCommand::OFF;
+                return;
+            }
+            Action::Repeat => {
+                // The next tick is soon enough, and an action before it goes further.
+                self.bus_action.get_or_insert(BusAction::RepeatOff);
                 return;
             }
             Action::Energise => {
