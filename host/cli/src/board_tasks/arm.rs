@@ -48,6 +48,17 @@ const SILENCE_US: u64 = 1_000_000;
 /// Time between two status lines.
 const REPORT_US: u64 = 1_000_000;
 
+/// Latest records of the board.
+#[derive(Clone, Copy, Debug, Default)]
+struct Heard {
+    /// Tick of the latest.
+    tick: u32,
+    /// When it came, in µs.
+    at_us: u64,
+    /// When the latest came that says it is armed.
+    armed_us: u64,
+}
+
 /// Arms and holds.
 pub struct Arm {
     step: Step,
@@ -58,8 +69,7 @@ pub struct Arm {
     report: Option<BoardReport>,
     outcome: Option<Outcome>,
     held: Duration,
-    /// Latest tick, when it was reported, and when the latest that was armed.
-    heard: (u32, u64, u64),
+    heard: Heard,
     report_line: Box<dyn FnMut(&str)>,
     report_us: u64,
 }
@@ -74,7 +84,7 @@ impl Arm {
             report: None,
             outcome: None,
             held: Duration::ZERO,
-            heard: (0, 0, 0),
+            heard: Heard::default(),
             report_line: Box::new(|_| {}),
             report_us: 0,
         }
@@ -169,17 +179,17 @@ impl Arm {
             return Some(Outcome::Tripped(trip));
         }
         let now_us = view.now_us;
-        let (tick, heard_us, armed_us) = &mut self.heard;
-        if let Some(record) = status.record.filter(|record| record.tick != *tick) {
-            (*tick, *heard_us) = (record.tick, now_us);
+        let heard = &mut self.heard;
+        if let Some(record) = status.record.filter(|record| record.tick != heard.tick) {
+            (heard.tick, heard.at_us) = (record.tick, now_us);
             if record.mode.is_armed() {
-                *armed_us = now_us;
+                heard.armed_us = now_us;
             }
         }
-        if now_us.saturating_sub(*heard_us) > SILENCE_US {
+        if now_us.saturating_sub(heard.at_us) > SILENCE_US {
             return Some(Outcome::Silent);
         }
-        if now_us.saturating_sub(*armed_us) <= SILENCE_US {
+        if now_us.saturating_sub(heard.armed_us) <= SILENCE_US {
             return None;
         }
         Some(match status.mode() {
@@ -219,7 +229,7 @@ impl Task for Arm {
             Step::Arming(since_us) => match view.session.take_answer() {
                 Some(Ok(())) => {
                     self.report = view.session.status().report;
-                    (self.heard.1, self.heard.2) = (now_us, now_us);
+                    (self.heard.at_us, self.heard.armed_us) = (now_us, now_us);
                     self.step = Step::Holding(now_us);
                 }
                 Some(Err(refusal)) => {

@@ -82,44 +82,45 @@ pub fn drive<H: Host>(
     options: Options,
     host: H,
 ) -> (H, Result<(), LinkError<H::Error>>) {
-    let mut host = StopRelay::new(host);
-    if options.is_stoppable
-        && uri.is_simulated()
-        && let Some(Err(error)) = uri.key().map(|key| host.listen(&key))
-        && !options.link.is_quiet
-    {
-        stdio::note(format_args!(
-            "armbridge: `armbridge stop` from another terminal cannot reach {uri}: {error}"
-        ));
-    }
-    let (host, result) = drive_relayed(uri, options, host);
-    (host.host, result)
-}
-
-fn drive_relayed<H: Host>(
-    uri: &BoardUri,
-    options: Options,
-    host: StopRelay<H>,
-) -> (StopRelay<H>, Result<(), LinkError<H::Error>>) {
     match uri {
-        // Its driver has a relay.
-        BoardUri::Link(uri) => {
-            let (host, result) = transport::drive(uri, options.link, host.host);
-            (StopRelay::new(host), result)
-        }
+        BoardUri::Link(uri) => transport::drive(uri, options.link, host),
         BoardUri::Sim => {
             let mut channels = Channels::new();
             match VirtualBoard::new(channels.split()) {
-                Ok(board) => virtual_board::run(board, options, host),
+                Ok(board) => relayed(uri, options, host, |options, host| {
+                    virtual_board::run(board, options, host)
+                }),
                 Err(refusal) => (host, Err(LinkError::Link(NoController(refusal).into()))),
             }
         }
         #[cfg(unix)]
-        BoardUri::Emulate(emulator) => emulated::run(emulator, options, host),
+        BoardUri::Emulate(emulator) => relayed(uri, options, host, |options, host| {
+            emulated::run(emulator, options, host)
+        }),
         #[cfg(not(unix))]
         BoardUri::Emulate(_) => {
             let why = "`emulate:` needs Linux or macOS; `sim:` runs everywhere";
             (host, Err(LinkError::Link(why.into())))
         }
     }
+}
+
+/// Runs a host on a simulated board, with a socket for stops by other programs if they may.
+fn relayed<H: Host>(
+    uri: &BoardUri,
+    options: Options,
+    host: H,
+    run: impl FnOnce(Options, StopRelay<H>) -> (StopRelay<H>, Result<(), LinkError<H::Error>>),
+) -> (H, Result<(), LinkError<H::Error>>) {
+    let mut relay = StopRelay::new(host);
+    if options.is_stoppable
+        && let Some(Err(error)) = uri.key().map(|key| relay.listen(&key))
+        && !options.link.is_quiet
+    {
+        stdio::note(format_args!(
+            "armbridge: `armbridge stop` from another terminal cannot reach {uri}: {error}"
+        ));
+    }
+    let (relay, result) = run(options, relay);
+    (relay.host, result)
 }

@@ -41,7 +41,7 @@ impl<H: Host> StopRelay<H> {
     /// Whether an order waits for the board's report, which comes soon after the host's last
     /// message.
     fn is_waiting(&self) -> bool {
-        is_waiting(self.listener.as_ref())
+        self.listener.as_ref().is_some_and(StopListener::is_waiting)
     }
 
     /// The link is open, or open again.
@@ -59,10 +59,6 @@ impl<H: Host> StopRelay<H> {
         }
         Ok(())
     }
-}
-
-fn is_waiting(listener: Option<&StopListener>) -> bool {
-    listener.is_some_and(StopListener::is_waiting)
 }
 
 /// Bytes of an order that the host does not send.
@@ -96,11 +92,12 @@ impl<H: Host> Host for StopRelay<H> {
             }
             None => None,
         };
-        if self.error.is_some() {
-            return match self.error.take_if(|_| !is_waiting(self.listener.as_ref())) {
-                Some(error) => Err(error),
-                None => Ok(&[]),
-            };
+        if let Some(error) = self.error.take() {
+            if !self.is_waiting() {
+                return Err(error);
+            }
+            self.error = Some(error);
+            return Ok(&[]);
         }
         let is_sent = match order {
             None => true,
