@@ -88,7 +88,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Outcome {
         });
         stdio::print_line(report)?;
     } else {
-        // Whoever was asked has seen it.
+        // With a question, the change was shown above it.
         if args.yes {
             stdio::print(as_text(&before, &after))?;
         }

@@ -1,7 +1,9 @@
 //! Remarks on the numbers of a summary.
 
+use armbridge_client::enum_names;
 use armbridge_client::number_text::beside_limit;
 use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::Fault;
 
 use super::{Cause, Summary};
 
@@ -13,7 +15,9 @@ pub(super) fn remarks(summary: &Summary) -> Vec<String> {
     let rest_torque = summary.rest_torque.as_ref();
     remarks.extend(rest_torque.and_then(|torque| torque.remark(&summary.run)));
     for fault in &summary.faults {
-        let cause = fault.cause.as_ref().map_or_else(String::new, cause_text);
+        let is_angle = fault.fault == enum_names::fault(Fault::AngleLimit);
+        let text = |cause| cause_text(cause, is_angle);
+        let cause = fault.cause.as_ref().map_or_else(String::new, text);
         remarks.push(format!(
             "FAULT {} at {:.3} s: torque off{cause}",
             fault.fault, fault.time_s
@@ -57,7 +61,8 @@ pub(super) fn remarks(summary: &Summary) -> Vec<String> {
     remarks
 }
 
-fn cause_text(cause: &Cause) -> String {
+/// An angle may trip inside its limit, where the arm is braked for too long.
+fn cause_text(cause: &Cause, is_angle: bool) -> String {
     let Cause {
         tick,
         joint,
@@ -68,9 +73,8 @@ fn cause_text(cause: &Cause) -> String {
     let values = if value == 0.0 && limit == 0.0 {
         String::new()
     } else {
+        let is_inside = is_angle && value.abs() < limit.abs();
         let [value, limit] = beside_limit(value, limit, 3);
-        let is_inside = cause.value.abs() < cause.limit.abs();
-        // An angle may trip inside its limit, where the arm is braked for too long.
         if is_inside {
             format!(", {value} before the limit of {limit}")
         } else {
@@ -115,4 +119,31 @@ fn steady_state_remark(summary: &Summary, joint: usize) -> Option<String> {
     } else {
         format!("{at}, MORE than {explained}")
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_angle_inside_its_limit_is_not_called_beyond_it() {
+        let text = |value, is_angle| {
+            let cause = Cause {
+                tick: 7,
+                joint: Some(1),
+                value,
+                limit: 1.4,
+            };
+            cause_text(&cause, is_angle)
+        };
+        let inside = text(-1.393, true);
+        assert!(
+            inside.ends_with("-1.393 before the limit of 1.400"),
+            "{inside}"
+        );
+        for (value, is_angle) in [(1.41, true), (1.393, false)] {
+            let text = text(value, is_angle);
+            assert!(text.ends_with("where 1.400 is allowed"), "{text}");
+        }
+    }
 }
