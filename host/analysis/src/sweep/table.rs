@@ -2,7 +2,7 @@
 
 use std::fmt::{Result, Write};
 
-use armbridge_log::text_table;
+use armbridge_log::text_table::{self, WIDTH};
 use serde::Serialize;
 
 use super::{Combination, RunFigures, SweepRun};
@@ -130,8 +130,6 @@ const WORST: usize = 7;
 const FIGURE: usize = MEDIAN + WORST;
 /// Width of the count of failed runs.
 const FAILED: usize = 8;
-/// Width of a terminal.
-const WIDTH: usize = 80;
 
 /// Table of rows, ending in a line feed; at most 80 columns, unless a row's values are
 /// longer.

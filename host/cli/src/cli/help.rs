@@ -3,11 +3,9 @@
 
 use std::fmt::Write;
 
+use armbridge_log::text_table::WIDTH;
 use clap::Command;
 use clap::builder::{Resettable, StyledStr};
-
-/// Most columns of a line, also where no terminal sets fewer.
-const WIDTH: usize = 80;
 
 /// Purposes, each with its commands.
 const GROUPS: [(&str, &[&str]); 7] = [

@@ -19,8 +19,8 @@ use armbridge_analysis::plan_runner::plan::Base;
 use armbridge_analysis::run::{Baseline, Finished, RUN_LOG, RunHost, Verdict, headline, settled};
 use armbridge_analysis::run_page;
 use armbridge_client::{LinkError, stdio};
-use armbridge_log::summary::{Summary, WIDTH};
-use armbridge_log::text_table;
+use armbridge_log::summary::Summary;
+use armbridge_log::text_table::{self, WIDTH};
 use serde::Serialize;
 
 use super::{Error, Outcome};

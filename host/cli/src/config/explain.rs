@@ -5,11 +5,9 @@ use std::fmt::{Result, Write};
 
 use armbridge_client::params;
 use armbridge_client::params::{Parameter, to_text};
+use armbridge_log::text_table::{self, WIDTH};
 
 use super::KEYS;
-
-/// Width at which comments are wrapped.
-const WIDTH: usize = 80;
 
 /// The file: every key, commented out.
 pub fn explain() -> String {
@@ -101,14 +99,7 @@ fn value(out: &mut String, name: &str, value: &str, unit: &str) -> Result {
 
 /// A paragraph behind `#`, broken at spaces.
 fn comment(out: &mut String, text: &str) -> Result {
-    let mut line = String::from("##");
-    for word in text.split(' ') {
-        if line.chars().count() + 1 + word.chars().count() > WIDTH {
-            writeln!(out, "{line}")?;
-            line = String::from("##");
-        }
-        line.push(' ');
-        line.push_str(word);
-    }
-    writeln!(out, "{line}")
+    let words = std::iter::once("##").chain(text.split(' '));
+    let mut lines = text_table::wrap(words, " ", WIDTH, "## ").into_iter();
+    lines.try_for_each(|line| writeln!(out, "{line}"))
 }

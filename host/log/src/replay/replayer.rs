@@ -4,7 +4,7 @@
 mod commands;
 mod conclusions;
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use armbridge_client::event::{Direction, Event, EventKind};
 use armbridge_client::refusal_text;
@@ -54,7 +54,7 @@ pub struct Replayer {
     settings: Settings,
     reported: Option<Settings>,
     changes: Changes,
-    changed_pairs: Vec<String>,
+    changed: BTreeMap<&'static str, String>,
     knowledge: Knowledge,
     /// The mode is unknown, also from the tick before.
     is_mode_unknown: bool,
@@ -92,7 +92,7 @@ impl Replayer {
             settings,
             reported: None,
             changes,
-            changed_pairs: Vec::new(),
+            changed: BTreeMap::new(),
             knowledge: Knowledge::Part(Loss::NoHello),
             is_mode_unknown: true,
             commands: HashMap::new(),
@@ -219,10 +219,8 @@ impl Replayer {
         while let Some(message) = self.pending.next(Place::End, true) {
             self.apply(&message)?;
         }
-        let what_if = (!self.changes.is_empty()).then(|| {
-            self.sums
-                .result(self.changed_pairs, self.tally.answers_differing)
-        });
+        let what_if = (!self.changes.is_empty())
+            .then(|| self.sums.result(self.changed, self.tally.answers_differing));
         Ok(self.tally.report(self.commands.len() as u64, what_if))
     }
 

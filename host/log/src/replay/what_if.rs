@@ -5,6 +5,7 @@
 //! on estimate and torque, tick by tick, and the limits that would have
 //! tripped, but not the motion of the arm.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use armbridge_client::params;
@@ -63,12 +64,13 @@ impl Changes {
     }
 }
 
-/// Changes as typed.
-pub(super) fn changed_pairs(before: &Settings, after: &Settings) -> Vec<String> {
-    params::changed(before, after)
-        .into_iter()
-        .map(|(parameter, value)| format!("{}={}", parameter.key, params::to_text(&value)))
-        .collect()
+/// Changed settings with their new values, as typed.
+pub(super) fn changed(
+    before: &Settings,
+    after: &Settings,
+) -> impl Iterator<Item = (&'static str, String)> {
+    let changed = params::changed(before, after).into_iter();
+    changed.map(|(parameter, value)| (parameter.key, params::to_text(&value)))
 }
 
 /// A joint's torque and estimate, as recorded and as computed.
@@ -161,7 +163,13 @@ impl Sums {
         }
     }
 
-    pub(super) fn result(self, changes: Vec<String>, other_answers: u64) -> WhatIf {
+    pub(super) fn result(
+        self,
+        changed: BTreeMap<&'static str, String>,
+        other_answers: u64,
+    ) -> WhatIf {
+        let pair = |(key, value)| format!("{key}={value}");
+        let changes = changed.into_iter().map(pair).collect();
         let Self {
             ticks,
             driven,

@@ -18,7 +18,6 @@ pub use pushes::{PushSummary, PushTally};
 pub use rest_torque::RestTorque;
 pub use segments::{JointSummary, SETTLED_RAD, STEADY_S, Segment, SegmentSummary, segments};
 pub use spread::{Counts, Spread};
-pub use table::WIDTH;
 pub use tally::{Settling, Tally};
 
 use std::collections::BTreeMap;

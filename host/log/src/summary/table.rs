@@ -12,13 +12,10 @@ use std::fmt::{Result, Write};
 use super::{
     JointSummary, PushSummary, SETTLED_RAD, SegmentSummary, ServoSummary, Spread, Summary,
 };
-use crate::text_table;
+use crate::text_table::{self, WIDTH};
 
 /// Setpoints that fit on a screen.
 const SEGMENTS_SHOWN: usize = 8;
-
-/// Width of a terminal, and the column at which remarks are broken.
-pub const WIDTH: usize = 80;
 
 impl Summary {
     /// Everything: results, totals, details and remarks.

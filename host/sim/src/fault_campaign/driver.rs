@@ -10,14 +10,15 @@ use armbridge_client::session::{BoardMessage, CommandLink};
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::frame::Encoder;
 use armbridge_shared::link::message::{
-    BoardReport, Command, Drive, Hello, Limits, Mode, OffReport, Record, Refusal, Settings,
-    ToBoard, ToHost, Trip,
+    BoardReport, Command, Hello, Limits, Mode, OffReport, Record, Refusal, Settings, ToBoard,
+    ToHost, Trip,
 };
 use armbridge_shared::link::schema;
 
 use super::activity::Activity;
 use super::case::Case;
 use super::invalid_commands::out_of_range;
+use super::stream_path::{StreamPath, is_followed};
 
 /// Period of a faulty host's messages, in µs: that of a good one.
 const FAULT_US: u64 = 25_000;
@@ -29,31 +30,6 @@ const TORQUE_US: u64 = 500_000;
 const CLEAR_US: u64 = 20_000;
 /// Time in µs by which a streamed point is ahead: more than a lost frame takes.
 const AHEAD_US: u64 = 200_000;
-/// Frequency of a stream in Hz.
-const STREAM_HZ: f64 = 0.5;
-/// Time in µs after which a stream that is not followed begins again where the arm is.
-const STREAM_AGAIN_US: u64 = 500_000;
-
-/// A stream from where the arm is to the target and back, again and again, from rest.
-#[derive(Clone, Copy, Debug)]
-struct StreamPath {
-    /// Time of its first point, on the board's clock.
-    since_us: u64,
-    from_rad: [f32; JOINTS],
-}
-
-impl StreamPath {
-    fn angle_rad(&self, to_rad: [f32; JOINTS], at_us: u64) -> [f32; JOINTS] {
-        let elapsed_s = at_us.saturating_sub(self.since_us) as f64 * 1e-6;
-        let phase = std::f64::consts::TAU * STREAM_HZ * elapsed_s;
-        let share = (0.5 - 0.5 * phase.cos()) as f32;
-        std::array::from_fn(|joint| {
-            let from_rad = self.from_rad[joint];
-            from_rad + share * (to_rad[joint] - from_rad)
-        })
-    }
-}
-
 /// Faults of the host itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum HostFault {
@@ -168,8 +144,8 @@ impl Driver {
 
     /// Whether the activity runs, as far as the host starts it.
     pub(super) fn is_working(&self) -> bool {
-        let is_followed = |record: Record| record.mode.drive() == Some(Drive::Track);
-        let is_streamed = self.activity != Activity::Stream || self.record.is_some_and(is_followed);
+        let is_streamed =
+            self.activity != Activity::Stream || self.record.as_ref().is_some_and(is_followed);
         self.phase == Phase::Working && is_streamed
     }
 
@@ -320,15 +296,8 @@ impl Driver {
         match (self.activity, self.command, self.record) {
             (Activity::Stream, _, Some(record)) => {
                 let at_us = record.start_us + AHEAD_US;
-                let is_followed = record.mode.drive() == Some(Drive::Track);
-                let is_old = |path: &StreamPath| at_us > path.since_us + STREAM_AGAIN_US;
-                let path = match self.stream {
-                    Some(path) if is_followed || !is_old(&path) => path,
-                    _ => *self.stream.insert(StreamPath {
-                        since_us: at_us,
-                        from_rad: record.angle_rad,
-                    }),
-                };
+                let path = StreamPath::next(self.stream, at_us, &record);
+                self.stream = Some(path);
                 self.client.command(Command::Stream {
                     at_us,
                     angle_rad: path.angle_rad(self.to_rad, at_us),

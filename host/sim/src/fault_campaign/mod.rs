@@ -34,7 +34,7 @@
 //! | [`Activity`] | the board's work                                |
 //! | [`Case`]   | the case that follows from a seed                 |
 //! | `expect`, `requirement` | expected faults of each kind, and whether there must be one |
-//! | `driver`, `invalid_commands`, `client`, `second_master` | host, client of the transparent port, another master |
+//! | `driver`, `stream_path`, `invalid_commands`, `client`, `second_master` | host, client of the transparent port, another master |
 //! | `fixture`, `inject` | board, bench and host, and the injection of a fault |
 //! | `reach`    | times in which servos cannot be reached           |
 //! | `watch`    | monitors the bytes that the board sends           |
@@ -61,6 +61,7 @@ mod requirement;
 mod run;
 mod second_master;
 mod set_up;
+mod stream_path;
 mod table;
 mod trace;
 mod truth;

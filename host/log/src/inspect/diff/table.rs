@@ -4,8 +4,7 @@ use std::fmt::{Result, Write};
 
 use armbridge_client::params;
 
-use crate::summary::WIDTH;
-use crate::text_table;
+use crate::text_table::{self, WIDTH};
 
 use super::{Diff, QuantityDiff, RunDiff};
 

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::{Result, Write};
 
 use super::{FaultInfo, Gap, Info};
-use crate::text_table;
-use crate::text_table::WIDTH;
+use crate::text_table::{self, WIDTH};
 
 /// Width of the left column.
 const NAME: usize = 11;

@@ -10,7 +10,7 @@ use super::super::compare::Difference;
 use super::super::loss::Loss;
 use super::super::pending::{PendingMessage, is_before};
 use super::super::tick_facts;
-use super::super::what_if::changed_pairs;
+use super::super::what_if;
 use super::{ReplayError, Replayer};
 
 impl Replayer {
@@ -89,7 +89,7 @@ impl Replayer {
         }
         if let Some(reported) = reported {
             let settings = self.changes.apply(&reported)?;
-            self.remember_changes(&reported, &settings);
+            self.changed.extend(what_if::changed(&reported, &settings));
             if settings != self.settings {
                 self.board.set(&settings).map_err(ReplayError::Settings)?;
                 self.settings = settings;
@@ -106,17 +106,6 @@ impl Replayer {
         let is_driven = self.board.mode().drive().is_some();
         if is_driven && tick_facts::is_off(record) && self.pending.has_goodbye(record) {
             self.board.goodbye();
-        }
-    }
-
-    fn remember_changes(&mut self, before: &Settings, after: &Settings) {
-        if self.changes.is_empty() {
-            return;
-        }
-        let key = |pair: &String| pair.split('=').next().map(str::to_owned);
-        for pair in changed_pairs(before, after) {
-            self.changed_pairs.retain(|known| key(known) != key(&pair));
-            self.changed_pairs.push(pair);
         }
     }
 
@@ -188,7 +177,7 @@ impl Replayer {
             _ => return Ok(command),
         };
         let changed = self.changes.apply(&settings)?;
-        self.remember_changes(&settings, &changed);
+        self.changed.extend(what_if::changed(&settings, &changed));
         Ok(match command {
             Command::Configure(_) => Command::Configure(changed.setup),
             Command::Limit(_) => Command::Limit(changed.limits),
