@@ -10,6 +10,7 @@ mod emulator;
 mod headlines;
 mod identification;
 mod inspect;
+mod interrupted;
 mod links;
 #[cfg(target_os = "linux")]
 mod listeners;

@@ -1,5 +1,6 @@
 //! `armbridge stop` while another program has the link.
 
+use std::process::Child;
 use std::time::Duration;
 
 use armbridge_client::Host;
@@ -166,6 +167,13 @@ fn where_nothing_can_be_stopped_the_error_says_what_else_to_do() {
     assert_ends(&output, 2, "or the switch of the servos' supply");
 }
 
+/// A program that has armed the board, on this link.
+fn armed(terminals: &Terminals, board: &Served, link: &str) -> Child {
+    let owner = terminals.spawn(&["arm", "--quiet", "--link", link]);
+    board.until("armed", |seen| seen.mode == Mode::Armed);
+    owner
+}
+
 /// A program on a link of every kind, with the one line of a stop in another terminal.
 #[test]
 fn a_stop_without_a_link_stops_what_is_running_and_names_it() {
@@ -180,8 +188,7 @@ fn a_stop_without_a_link_stops_what_is_running_and_names_it() {
             LinkUri::Pty(Some(path)) => format!("{scheme}{}", path.display()),
             link => link.to_string(),
         };
-        let owner = terminals.spawn(&["arm", "--quiet", "--link", &link]);
-        board.until("armed", |seen| seen.mode == Mode::Armed);
+        let owner = armed(&terminals, &board, &link);
         let output = terminals.run(&["stop"]);
         let name = link.rsplit("//").next().unwrap();
         assert_ends(&output, 0, &format!("{name} (process {})", owner.id()));
@@ -198,8 +205,7 @@ fn a_stop_with_a_broken_configuration_stops_what_is_running() {
     let terminals = Terminals::new("stop-broken-config");
     let board = Served::on("pty:");
     let link = board.link.to_string();
-    let owner = terminals.spawn(&["arm", "--quiet", "--link", &link]);
-    board.until("armed", |seen| seen.mode == Mode::Armed);
+    let owner = armed(&terminals, &board, &link);
     terminals.configure("link = \n");
     let output = terminals.run(&["stop"]);
     assert_ends(&output, 2, "NOT ALL WERE STOPPED: ");
@@ -238,8 +244,7 @@ fn a_program_that_hangs_is_named_and_the_switch_too() {
     let terminals = Terminals::new("stop-frozen");
     let board = Served::on("pty:");
     let link = board.link.to_string();
-    let owner = terminals.spawn(&["arm", "--quiet", "--link", &link]);
-    board.until("armed", |seen| seen.mode == Mode::Armed);
+    let owner = armed(&terminals, &board, &link);
     signal(&owner, "STOP");
     let output = terminals.run(&["stop"]);
     assert_ends(&output, 2, "NOTHING WAS STOPPED: /dev/pts/");
@@ -258,8 +263,7 @@ fn disarm_in_another_terminal_is_no_fault() {
     for served in ["pty:", "tcp://127.0.0.1:0"] {
         let board = Served::on(served);
         let link = board.link.to_string();
-        let owner = terminals.spawn(&["arm", "--quiet", "--link", &link]);
-        board.until("armed", |seen| seen.mode == Mode::Armed);
+        let owner = armed(&terminals, &board, &link);
         assert_ends(
             &terminals.run(&["disarm"]),
             0,
