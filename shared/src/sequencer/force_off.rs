@@ -14,7 +14,7 @@
 //! with the two before it, and every tick continues to command it off.
 //!
 //! Off ages: a stock servo is read back again every [`RECHECK_US`] for as long as it has to be
-//! off, since another master on the bus may switch it on. Whatever such a master does is seen
+//! off, since another master on the bus may switch it on. What such a master does is seen
 //! within [`RECHECK_US`] and a tick for each joint, and undone by the next tick. A Morpheus
 //! servo is commanded off in every tick, which is sooner.
 //!
@@ -55,8 +55,10 @@ const SLOW_AFTER_US: u64 = 3_000_000;
 const SLOW_FACTOR: u64 = 5;
 /// Ticks without a reply after which a servo is out of reach.
 const SILENT_TICKS: u32 = 3;
-/// Age in µs at which a stock servo's read-back is repeated: with a tick and a stop at 45 ms
-/// within 100 ms, and a twentieth of the bus at 1 Mbaud.
+/// Age in µs at which a stock servo's read-back is repeated: in the tick after it, at the
+/// longest period 45 ms later, and undone by the next one, within 100 ms. Queries and replies
+/// are 42 bytes a servo: with the factory's return delay of 0.5 ms, a twentieth of the time at
+/// 1 Mbaud.
 const RECHECK_US: u64 = 40_000;
 /// Repeated read-backs in a row without a reply after which a motor is no longer known to be off.
 const MISSED_MAX: u8 = 3;
@@ -280,8 +282,8 @@ impl ForceOff {
         };
     }
 
-    /// Repeats the order, as whatever asks to be off has it: the next ticks command the motors
-    /// off, and those that are known to be off are read back again.
+    /// Repeats the order: the next ticks command the motors off, and those that are known to be
+    /// off are read back again.
     pub(super) fn repeat(&mut self) {
         // A switch that is held asks in every tick.
         if self.orders > 0 {
