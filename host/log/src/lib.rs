@@ -2,16 +2,17 @@
 //! replayed.
 //!
 //! ```text
-//! link --bytes--> Tap --> queue --> LinkDecoder --events--> topics --messages--> run.mcap
-//!                                                                                 |
-//!                               plot, export, replay <--events-- recording <------'
+//! link --bytes--> Tap --> queue --> LinkDecoder --events--> Encoder --messages--> run.mcap
+//!                                                                                    |
+//!                               plot, export, replay <--events-- recording <---------'
 //! ```
 //!
 //! | module             | contents                                                 |
 //! |--------------------|----------------------------------------------------------|
 //! | [`recorder`]       | writes a log during the run                              |
 //! | [`recording`]      | reads a log back, up to its first damage                 |
-//! | [`topics`]         | events as messages for viewers                           |
+//! | [`topics`]         | names and schemas of messages                            |
+//! | [`message_encoder`] | events as messages for log and viewers                  |
 //! | [`proto`]          | those messages; `host/log/proto/armbridge.proto` describes them |
 //! | [`clock_sync`]     | mapping of the board's clock to the host's               |
 //! | [`raw_link_bytes`] | the link's raw bytes, kept beside the messages           |
@@ -42,6 +43,7 @@ pub mod inspect;
 mod limits;
 pub mod log_path;
 mod mcap_file;
+pub mod message_encoder;
 pub mod metadata;
 pub mod output_file;
 mod parameters;

@@ -13,8 +13,9 @@ use mcap::McapResult;
 use mcap::records::{AttachmentHeader, MessageHeader, Metadata};
 
 use super::fsync_thread::{SyncFn, Syncer};
+use super::message_encoder::Message;
 use super::raw_link_bytes;
-use super::topics::{Message, Topic};
+use super::topics::Topic;
 
 /// Size at which a chunk is closed, unless it was flushed before.
 const CHUNK: u64 = 1 << 20;

@@ -11,8 +11,8 @@ use armbridge_shared::link::message::{BoardReport, Settings, ToHost};
 use mcap::{McapError, McapResult};
 
 use super::mcap_file::LogFile;
+use super::message_encoder::Encoder;
 use super::queue::{Drained, Queue};
-use super::topics::Encoder;
 use super::{metadata, raw_link_bytes};
 use crate::run_info::RunFacts;
 

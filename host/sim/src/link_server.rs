@@ -19,6 +19,7 @@
 
 mod latest;
 mod outbox;
+mod peer;
 mod peers;
 mod touching;
 

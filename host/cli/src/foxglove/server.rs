@@ -11,7 +11,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use armbridge_client::endpoint::{Endpoint, Exposure, OpenError};
 use armbridge_client::tcp_pump::is_timeout;
-use armbridge_log::topics;
+use armbridge_log::message_encoder;
 use armbridge_log::topics::Topic;
 use foxglove::AppUrl;
 use foxglove::websocket::Parameter;
@@ -236,7 +236,7 @@ impl Server {
     }
 
     /// Queues a message for its subscribers.
-    pub fn put(&mut self, message: &topics::Message<'_>) {
+    pub fn put(&mut self, message: &message_encoder::Message<'_>) {
         for viewer in &mut self.viewers {
             viewer.put(message);
         }

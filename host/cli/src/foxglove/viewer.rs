@@ -8,7 +8,8 @@ use std::collections::{HashMap, HashSet, VecDeque};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use armbridge_log::topics;
+use armbridge_log::message_encoder;
+use armbridge_log::topics::Topic;
 use foxglove::websocket::{Parameter, Status};
 use foxglove::ws_protocol::client::ClientMessage;
 use foxglove::ws_protocol::server::{
@@ -135,7 +136,7 @@ impl Viewer {
         let may_command = self.right == Right::Command;
         match message {
             ClientMessage::Subscribe(message) => {
-                let known = 0..topics::Topic::ALL.len() as u64;
+                let known = 0..Topic::ALL.len() as u64;
                 for one in message.subscriptions {
                     if known.contains(&one.channel_id) {
                         self.subscriptions.insert(one.channel_id, one.id);
@@ -229,7 +230,7 @@ impl Viewer {
     }
 
     /// Queues a message if it has subscribed to its topic.
-    pub(super) fn put(&mut self, message: &topics::Message<'_>) {
+    pub(super) fn put(&mut self, message: &message_encoder::Message<'_>) {
         let Some(id) = self.subscriptions.get(&(message.topic as u64)) else {
             return;
         };

@@ -25,16 +25,16 @@
 //! newcomer, otherwise of the oldest watcher, so that a stop always finds a connection.
 
 use std::io;
-use std::net::{TcpListener, TcpStream};
+use std::net::TcpListener;
 
 use armbridge_shared::link::frame::{self, Decoder, Encoder, FrameError, Received};
 use armbridge_shared::link::message::{Refusal, ToBoard, ToHost};
 use armbridge_shared::link::schema;
-use armbridge_shared::link::server::{FromServer, LinkRole, Program, ToServer};
+use armbridge_shared::link::server::{FromServer, Program, ToServer};
 
 use super::POLL_US;
 use super::latest::Latest;
-use super::outbox::Outbox;
+use super::peer::{Peer, Role};
 use super::touching::Touching;
 use crate::nonblocking;
 
@@ -55,38 +55,6 @@ fn to_server(frame: &[u8]) -> Option<ToServer> {
     received
         .ok()
         .map(|received: Received<ToServer>| received.message)
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Role {
-    Newcomer,
-    Commander,
-    Watcher,
-    /// It did not begin with a frame: to be closed.
-    Stranger,
-}
-
-/// A connection.
-#[derive(Debug)]
-struct Peer {
-    stream: TcpStream,
-    role: Role,
-    /// As it has announced itself.
-    program: Option<Program>,
-    /// Its hello does not make it the commander.
-    is_observer: bool,
-    decoder: Decoder,
-    /// The frame that it is sending, as it is on the wire; at most one byte more than fits.
-    frame: Vec<u8>,
-    /// Of messages to a watcher: its own numbers show what it has lost.
-    encoder: Encoder,
-    /// Of messages of the server itself.
-    notices: Encoder,
-    outbox: Outbox,
-    /// Time of its last valid frame, or of its connection.
-    heard_us: u64,
-    /// End of its hand's motion, which is answered then.
-    touched_us: Option<u64>,
 }
 
 /// All connections.
@@ -360,50 +328,5 @@ impl Peers {
                 Role::Watcher => peer.send(&messages),
             }
         }
-    }
-}
-
-impl Peer {
-    fn new(stream: TcpStream, now_us: u64) -> Self {
-        Self {
-            stream,
-            role: Role::Newcomer,
-            program: None,
-            is_observer: false,
-            decoder: Decoder::default(),
-            frame: Vec::new(),
-            encoder: Encoder::default(),
-            notices: Encoder::default(),
-            outbox: Outbox::default(),
-            heard_us: now_us,
-            touched_us: None,
-        }
-    }
-
-    /// Informs it of its role, once it has one.
-    fn notify_role(&mut self, commander: Option<Program>, touching: &Touching) {
-        let is_known = self.program.is_some() && self.role != Role::Newcomer;
-        if is_known || self.role == Role::Watcher {
-            self.notify(&FromServer::Role(LinkRole {
-                is_commander: self.role == Role::Commander,
-                commander,
-                is_touchable: touching.is_possible(),
-            }));
-        }
-    }
-
-    /// Sends a message of the server itself.
-    fn notify(&mut self, message: &FromServer) {
-        let frame = self.notices.encode(message).1;
-        self.outbox.send(&mut self.stream, frame);
-    }
-
-    /// Sends messages of the board, as far as they fit.
-    fn send(&mut self, messages: &[ToHost]) {
-        let mut frames = Vec::new();
-        for message in messages {
-            frames.extend_from_slice(self.encoder.encode(message).1);
-        }
-        self.outbox.send(&mut self.stream, &frames);
     }
 }
