@@ -1,7 +1,7 @@
 //! The command line: its commands, and the names that they had before.
 
 mod help;
-mod meant;
+mod suggestion;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
@@ -201,7 +201,7 @@ fn parse_from(words: Vec<std::ffi::OsString>) -> Result<Command, clap::Error> {
     let matches = command
         .clone()
         .try_get_matches_from(words)
-        .map_err(|error| meant::with_suggestion(error, &command, &typed))?;
+        .map_err(|error| suggestion::with_suggestion(error, &command, &typed))?;
     match Cli::from_arg_matches(&matches)?.command {
         Some(command) => Ok(command),
         None => parse_from(["armbridge", "run", "demo"].map(Into::into).into()),

@@ -93,7 +93,7 @@ impl WallClockBench {
         }
     }
 
-    /// The same, but it waits for and serves no one once `is_interrupted`.
+    /// The same, but it accepts and serves no connection once `is_interrupted`.
     #[must_use]
     pub fn interrupted_by(self, is_interrupted: fn() -> bool) -> Self {
         Self {

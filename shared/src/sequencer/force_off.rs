@@ -131,7 +131,7 @@ pub(super) struct ForceOff {
     is_checked: bool,
     /// The joint that is checked next, if a check is due.
     next_joint: usize,
-    /// Ticks that are to command the motors off, whatever is known.
+    /// Ticks that command the motors off, also those known to be off.
     orders: u8,
     /// A report to the host is due, and the last report.
     is_reported: bool,

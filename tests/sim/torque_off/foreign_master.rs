@@ -96,7 +96,7 @@ fn what_another_master_sets_on_is_off_within_100_ms_for_as_long_as_it_tries() {
     });
 }
 
-/// Whatever asks to be off.
+/// An order that ends in motors off.
 #[derive(Clone, Copy, Debug)]
 enum Order {
     Stop,

@@ -50,7 +50,7 @@ const REPORT_US: u64 = 1_000_000;
 
 /// Latest records of the board.
 #[derive(Clone, Copy, Debug, Default)]
-struct Heard {
+struct RecordTimes {
     /// Tick of the latest.
     tick: u32,
     /// When it came, in µs.
@@ -69,7 +69,7 @@ pub struct Arm {
     report: Option<BoardReport>,
     outcome: Option<Outcome>,
     held: Duration,
-    heard: Heard,
+    record_times: RecordTimes,
     report_line: Box<dyn FnMut(&str)>,
     report_us: u64,
 }
@@ -84,7 +84,7 @@ impl Arm {
             report: None,
             outcome: None,
             held: Duration::ZERO,
-            heard: Heard::default(),
+            record_times: RecordTimes::default(),
             report_line: Box::new(|_| {}),
             report_us: 0,
         }
@@ -179,17 +179,20 @@ impl Arm {
             return Some(Outcome::Tripped(trip));
         }
         let now_us = view.now_us;
-        let heard = &mut self.heard;
-        if let Some(record) = status.record.filter(|record| record.tick != heard.tick) {
-            (heard.tick, heard.at_us) = (record.tick, now_us);
+        let record_times = &mut self.record_times;
+        if let Some(record) = status
+            .record
+            .filter(|record| record.tick != record_times.tick)
+        {
+            (record_times.tick, record_times.at_us) = (record.tick, now_us);
             if record.mode.is_armed() {
-                heard.armed_us = now_us;
+                record_times.armed_us = now_us;
             }
         }
-        if now_us.saturating_sub(heard.at_us) > SILENCE_US {
+        if now_us.saturating_sub(record_times.at_us) > SILENCE_US {
             return Some(Outcome::Silent);
         }
-        if now_us.saturating_sub(heard.armed_us) <= SILENCE_US {
+        if now_us.saturating_sub(record_times.armed_us) <= SILENCE_US {
             return None;
         }
         Some(match status.mode() {
@@ -229,7 +232,7 @@ impl Task for Arm {
             Step::Arming(since_us) => match view.session.take_answer() {
                 Some(Ok(())) => {
                     self.report = view.session.status().report;
-                    (self.heard.at_us, self.heard.armed_us) = (now_us, now_us);
+                    (self.record_times.at_us, self.record_times.armed_us) = (now_us, now_us);
                     self.step = Step::Holding(now_us);
                 }
                 Some(Err(refusal)) => {

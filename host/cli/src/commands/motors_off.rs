@@ -9,7 +9,7 @@ use std::process::ExitCode;
 use armbridge::board_tasks::TaskError;
 use armbridge::board_tasks::motors_off::{Goal, MotorsOff};
 use armbridge::config::Config;
-use armbridge_client::transport::stop_socket::{Answer, Asked, BoardKey, Order, ask};
+use armbridge_client::transport::stop_socket::{Answer, BoardKey, Order, OwnerAnswer, ask};
 use armbridge_client::transport::{LinkUri, usb_discovery};
 use armbridge_client::{enum_names, fault_text, stdio};
 use armbridge_shared::link::message::{Fault, Mode};
@@ -33,7 +33,7 @@ struct Board {
 
 impl Board {
     /// What its owner has answered.
-    fn of_owner(asked: Asked) -> Self {
+    fn of_owner(asked: OwnerAnswer) -> Self {
         let name = asked.board.in_words().to_owned();
         let by = format!("by the program that has {name} (process {})", asked.process);
         let result = match asked.answer {

@@ -49,7 +49,7 @@ fn where_the_arm_begins_and_what_pushes_it_is_told_of_a_simulated_one() {
         assert!(out.contains("Pushes"), "{out}");
         assert!(notes.contains(left_out), "{notes}");
     }
-    // What is cut short is not told as if it had happened.
+    // A run that is cut short has its title, not the outcome that it was meant to have.
     let out = printed(&program, &["run", "pushes.toml", "--duration", "0.5"]);
     assert!(
         out.contains("Pushes") && !out.contains("It is pushed"),

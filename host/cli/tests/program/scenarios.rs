@@ -285,8 +285,6 @@ fn pushes_without_setpoints_have_a_heading() {
     assert!(heading.contains("within 20 mrad after"), "{printed}");
 }
 
-/// A joint that does not rest has no error at rest, and a fault that comes before its limit is
-/// not told as one beyond it.
 #[test]
 fn a_joint_that_does_not_rest_has_no_error_at_rest() {
     let program = Program::new("not-at-rest");

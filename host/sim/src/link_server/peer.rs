@@ -12,7 +12,7 @@ use super::touching::Touching;
 /// Role of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
-    /// It has said no hello.
+    /// It has sent no hello.
     Newcomer,
     /// It commands.
     Commander,

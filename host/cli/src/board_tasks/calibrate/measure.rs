@@ -100,7 +100,7 @@ pub enum Unusable {
         /// In counts.
         other_moved: f64,
     },
-    /// Both were: swapped ids cannot be told from the right ones.
+    /// Both were: swapped ids cannot be distinguished from right ones.
     #[error(
         "joint {joint} was turned by {moved:.0} counts and joint {other} by {other_moved:.0}: \
          turn one joint alone, and hold the other one in line with it"

@@ -50,7 +50,7 @@ pub struct Link {
     /// Result of the latest command.
     pub answer: Option<String>,
     /// Why the board is not armed, if it was asked to be. What is asked of the arm after that
-    /// is refused for this reason, whatever else is the matter with it.
+    /// is refused for this reason first.
     pub arm_refusal: Option<Refusal>,
 }
 

@@ -298,7 +298,7 @@ fn a_folder_that_cannot_be_had_is_said_at_both_ends() {
     );
 }
 
-/// A board that reports nothing any more is not said to be armed for ever.
+/// `arm` ends when the board reports nothing any more.
 #[test]
 fn a_board_that_falls_silent_ends_the_program() {
     use std::io::{BufRead, BufReader};

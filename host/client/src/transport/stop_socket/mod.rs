@@ -87,7 +87,7 @@ impl Answer {
 
 /// A program that was asked, and its answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Asked {
+pub struct OwnerAnswer {
     /// The board that it has.
     pub board: BoardKey,
     /// Its process.
@@ -98,12 +98,12 @@ pub struct Asked {
 
 /// Asks the owners of this board, or of all boards, at the same time. Owners are programs of
 /// this user.
-pub fn ask(board: Option<&BoardKey>, order: Order) -> Vec<Asked> {
+pub fn ask(board: Option<&BoardKey>, order: Order) -> Vec<OwnerAnswer> {
     let owners = local::owners()
         .into_iter()
         .filter(|owner| board.is_none_or(|board| owner.board == *board));
     let (sender, answers) = channel();
-    let mut asked: Vec<Asked> = owners
+    let mut asked: Vec<OwnerAnswer> = owners
         .filter_map(|owner| {
             let stream = local::connect(&owner).ok()?;
             let answer = Answer::Failed("it does not answer".into());
@@ -114,7 +114,7 @@ pub fn ask(board: Option<&BoardKey>, order: Order) -> Vec<Asked> {
             let sender = sender.clone();
             // One that never answers leaves a thread, which ends with this program.
             std::thread::spawn(move || sender.send((number, request(stream, order))));
-            Asked {
+            OwnerAnswer {
                 board,
                 process,
                 answer,

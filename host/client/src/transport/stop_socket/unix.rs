@@ -124,7 +124,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_in_the_place_of_a_socket_is_in_nobodys_way() {
+    fn a_file_in_the_place_of_a_socket_is_passed_over() {
         let board = BoardKey::of_simulation("a board of this test:");
         let first = Listener::bind(&board).unwrap();
         let second = Listener::bind(&board).unwrap();

@@ -1,11 +1,11 @@
-//! The command that was meant by a word that is none.
+//! Suggestion of a command for a name that does not exist.
 
 use armbridge_client::params;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, Error};
 
-/// An error of a command that does not exist names the one that is most like it. clap does
-/// so for words that are longer or more alike.
+/// Adds the command with the most similar name to an error of an unknown one. clap does so
+/// only for names that are longer or more alike.
 pub(super) fn with_suggestion(mut error: Error, program: &Command, words: &[String]) -> Error {
     let is_unknown = error.kind() == ErrorKind::InvalidSubcommand;
     if !is_unknown || error.get(ContextKind::SuggestedSubcommand).is_some() {
