@@ -270,3 +270,19 @@ fn trials_are_a_table_or_a_json_object_and_plots() {
         assert!(program.0.join("plots").join(name).is_file(), "{name}");
     }
 }
+
+/// As a run measures it: within 20 mrad, and from the step on.
+#[test]
+fn a_bench_settles_as_a_run_does() {
+    let program = Program::new("bench-settling");
+    let settling_s = |args: &[&str]| {
+        let report = program.json(&[&["bench", "--json"], args].concat());
+        report["outcomes"][0]["settling_time_s"].as_f64().unwrap()
+    };
+    // Within 15 mrad it takes 0.743 s.
+    let rest_s = settling_s(&[]);
+    assert!((0.62..0.72).contains(&rest_s), "{rest_s} s");
+    // The step comes 2 s after the beginning.
+    let step_s = settling_s(&["--reference", "step:0.2,-0.1"]);
+    assert!((0.4..0.7).contains(&step_s), "{step_s} s");
+}

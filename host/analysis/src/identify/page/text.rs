@@ -77,13 +77,7 @@ fn logs(logs: &[String]) -> Markup {
 
 fn warnings(page: &Page<'_>) -> Markup {
     let (checks, report) = (page.checks, page.report);
-    let rest = match report.outliers {
-        0 => "all windows are explained".to_owned(),
-        outliers => format!(
-            "{outliers} of {} windows are rejected, too few for a warning",
-            report.windows
-        ),
-    };
+    let rest = without_warning(report.outliers, report.windows);
     html! {
         h2 { "Warnings" }
         @if checks.warnings.is_empty() {
@@ -92,6 +86,16 @@ fn warnings(page: &Page<'_>) -> Markup {
             }
         }
         (list(&checks.warnings))
+    }
+}
+
+/// What is to be said of the windows where nothing is to be warned of.
+fn without_warning(outliers: usize, windows: usize) -> String {
+    match outliers {
+        0 => "all windows are explained".into(),
+        outliers => {
+            format!("{outliers} of {windows} windows are rejected, too few for a warning")
+        }
     }
 }
 
@@ -302,5 +306,17 @@ fn method() -> Markup {
              squared residuals and the prior's term. Intervals follow from the curvature at the \
              minimum, and are wider where windows disagree by more than noise."
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rejected_windows_are_not_called_explained() {
+        assert_eq!(without_warning(0, 109), "all windows are explained");
+        let text = without_warning(2, 109);
+        assert_eq!(text, "2 of 109 windows are rejected, too few for a warning");
     }
 }
