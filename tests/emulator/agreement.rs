@@ -21,6 +21,7 @@ fn script() -> Script {
     let duration_us = 2_000_000;
     Script {
         setup: Setup::default(),
+        limits: Script::limits(),
         commands: vec![
             (0, Command::Regulate([0.0, 0.0])),
             (1_500_000, Command::Regulate([0.1, -0.1])),
@@ -61,6 +62,7 @@ fn tour() -> Script {
     }
     Script {
         setup: Setup::best(),
+        limits: Script::limits(),
         commands,
         duration_us: 4_200_000,
     }
@@ -212,6 +214,7 @@ fn another_program_can_have_the_link() {
     });
     let script = Script {
         setup: Setup::default(),
+        limits: Script::limits(),
         commands: vec![(0, Command::Regulate([0.0, 0.0]))],
         duration_us: 500_000,
     };

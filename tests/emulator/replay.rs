@@ -49,6 +49,7 @@ fn what_the_processor_computed_is_the_same_here() {
     }
     let script = Script {
         setup: Setup::best(),
+        limits: Script::limits(),
         commands,
         duration_us: at_us,
     };

@@ -24,6 +24,7 @@ fn farthest_rad(joint: Joint<f32>, command: Command, seed: u64) -> f64 {
             joints: [joint; 2],
             ..Setup::best()
         },
+        limits: Script::limits(),
         commands: vec![(0, command)],
         duration_us: 2_000_000,
     };

@@ -68,6 +68,7 @@ fn an_arm_that_hangs_is_regulated_as_well() {
         setup.arm.mounting = Mounting::Hanging;
         for target_rad in [[0.0, 0.0], [-0.4, 0.5]] {
             let script = Script {
+                limits: Script::limits(),
                 commands: vec![(0, Command::Regulate(target_rad))],
                 ..upright(setup, 4.0)
             };
@@ -234,6 +235,7 @@ fn a_servo_that_is_unplugged_is_named() {
 fn a_joint_is_braked_before_its_limit_and_let_go_if_it_is_pushed_on() {
     let mut channels = Channels::new();
     let script = Script {
+        limits: Script::limits(),
         commands: vec![(0, Command::Torque([0.7, 0.0]))],
         ..upright(Setup::default(), 3.0)
     };
@@ -266,6 +268,7 @@ fn a_joint_is_braked_before_its_limit_and_let_go_if_it_is_pushed_on() {
 fn an_idle_arm_that_is_held_aside_has_no_speed() {
     let mut channels = Channels::new();
     let script = Script {
+        limits: Script::limits(),
         commands: Vec::new(),
         ..upright(Setup::default(), 3.0)
     };

@@ -40,6 +40,7 @@ fn a_setup_taken_over_in_mid_motion_makes_no_step_in_the_torque() {
         commands.extend(configures.map(|(at_us, setup)| (*at_us, Command::Configure(*setup))));
         Script {
             setup: best,
+            limits: Script::limits(),
             commands,
             duration_us: 5_000_000,
         }
@@ -82,6 +83,7 @@ fn a_constant_torque_is_left_without_a_step() {
     };
     let script = Script {
         setup: Setup::best(),
+        limits: Script::limits(),
         commands: vec![
             (0, Command::Torque([0.15, -0.15])),
             (150_000, Command::Regulate([0.0, 0.0])),

@@ -47,6 +47,12 @@ pub fn in_words(refusal: Refusal) -> String {
              calibration",
             joint + 1
         ),
+        Refusal::MotorsUnchecked => {
+            "the direction of the motors has not been checked, and cannot be at periods above \
+             10 ms; arm once at a shorter period, or confirm that they need no check by \
+             `armbridge params limits.check_rad_s2=0`"
+                .into()
+        }
         Refusal::Unprepared => {
             "stock servos take no torque before they are set to wheel mode; prepare them first"
                 .into()

@@ -211,7 +211,7 @@ impl Bench {
     }
 
     /// Injects a fault of the sensors of the arm's servo `servo`.
-    pub(crate) fn fail_sensor(&mut self, servo: usize, fault: SensorFault) {
+    pub fn fail_sensor(&mut self, servo: usize, fault: SensorFault) {
         self.joints.sensors[servo].fail(fault);
     }
 

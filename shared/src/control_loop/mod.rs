@@ -183,6 +183,7 @@ impl ControlLoop {
         let is_held = status.is_driven() && self.drive().is_closed_loop();
         let rest_nm = gravity_nm - torque_nm;
         let balance = is_held.then(|| config.balance(&posture, &state, rest_nm));
+        let reference_rad_s = self.reference.dq.into();
         self.monitor(config, input, &mut status, |is_armed| MonitorInput {
             counts,
             missing: input.samples.map(Sample::missing),
@@ -193,6 +194,7 @@ impl ControlLoop {
             torque_nm: torque_nm.into(),
             gravity_nm: gravity_nm.into(),
             balance,
+            reference_rad_s,
             is_alarmed: input.alarms.map(|alarms| !alarms.and(SHUTDOWN).is_empty()),
             is_armed,
         });
@@ -232,7 +234,7 @@ impl ControlLoop {
         let is_driven = status.is_driven() && !self.is_fresh;
         let demand = match check {
             Some(check) => check.demand(),
-            None => is_driven.then(|| self.drive_demand(config, &ahead, &reference)),
+            None => is_driven.then(|| self.drive_demand(config, &ahead, &reference, gravity_nm)),
         };
         let demand_nm = demand.map(|demand| demand.torque_nm);
         let (in_force, limited) = (&input.in_force, &mut guards);

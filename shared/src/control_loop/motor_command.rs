@@ -56,12 +56,14 @@ impl ControlLoop {
         }
     }
 
-    /// Torque that the source of the drive demands.
+    /// Torque that the source of the drive demands, or the proof of an encoder where gravity takes
+    /// `gravity_nm`.
     pub(super) fn drive_demand(
         &mut self,
         config: &LoopConfig,
         ahead: &State<f32>,
         reference: &Reference<f32>,
+        gravity_nm: Vector2<f32>,
     ) -> Demand {
         match self.drive() {
             Drive::Torque => Demand {
@@ -70,7 +72,12 @@ impl ControlLoop {
             },
             Drive::Regulate | Drive::Track | Drive::Hold | Drive::Experiment => {
                 let forward_nm = self.feed_forward.at(&config.control, reference);
-                self.demand(config, ahead, reference, forward_nm)
+                let demand = self.demand(config, ahead, reference, forward_nm);
+                let monitors = &config.monitors;
+                Demand {
+                    torque_nm: self.monitors.proved(monitors, demand.torque_nm, gravity_nm),
+                    ..demand
+                }
             }
         }
     }

@@ -78,8 +78,8 @@ pub struct Limits {
     pub innovation_rad: f32,
     /// Torque in N m, beyond gravity, that is sure to move a joint.
     pub stuck_nm: f32,
-    /// How long an encoder may repeat one count with torque on, in ms; 0: as long as the noise
-    /// allows that the board has learnt of it.
+    /// How long an encoder may repeat one count while a controller holds the joint, in ms, before
+    /// a small motion must change it; 0: as long as its noise explains.
     pub quiet_ms: u16,
     /// Torque in N m on each joint that the model does not explain, for a second.
     pub external_nm: [f32; JOINTS],
@@ -146,7 +146,8 @@ impl Default for Limits {
             overruns: 3,
             innovation_rad: 0.1,
             stuck_nm: 0.4,
-            quiet_ms: 0,
+            // Before an arm that nothing controls is 0.5 rad off.
+            quiet_ms: 400,
             // Well above dry friction, below the weight of a link that leans.
             external_nm: [0.3, 0.15],
             // Pulses of 30 ms move a joint by three encoder counts either way.

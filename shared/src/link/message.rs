@@ -245,6 +245,9 @@ pub enum Refusal {
         /// This joint, counting from 0.
         joint: u8,
     },
+    /// The motors cannot be checked at periods above 10 ms, for the arm would fall meanwhile.
+    /// Check them at a shorter period, or arm without the check by `limits.check_rad_s2` 0.
+    MotorsUnchecked,
     /// Stock servos as they come take no torque: send [`Command::Prepare`] first.
     Unprepared,
     /// A client on the transparent port has the bus; [`Command::Idle`] takes it

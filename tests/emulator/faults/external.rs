@@ -53,6 +53,7 @@ impl Drop for Doomed {
 fn be_the_host(link: &str) {
     let script = Script {
         setup: Setup::default(),
+        limits: Script::limits(),
         commands: vec![(0, Command::Follow(sinusoid(60.0)))],
         duration_us: 60_000_000,
     };

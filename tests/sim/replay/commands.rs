@@ -114,6 +114,7 @@ fn every_order_is_taken_where_the_board_took_it() {
     }
     let script = Script {
         setup: Setup::default(),
+        limits: Script::limits(),
         commands: scheduled,
         duration_us: at_us + 500_000,
     };

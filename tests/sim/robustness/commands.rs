@@ -194,7 +194,7 @@ fn limits(random: &mut Random) -> Limits {
     if random.once_in(2) {
         [limits.speed_rad_s, limits.torque_nm] = [nasty(random), nasty(random)];
     }
-    limits.check_rad_s2 = random.one_of(&[0, 0, 0, 16]);
+    limits.check_rad_s2 = random.one_of(&[0, 0, 0, 0, 0, 16]);
     limits
 }
 

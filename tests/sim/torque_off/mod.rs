@@ -21,6 +21,7 @@
 mod age;
 mod arming;
 mod clearing;
+mod encoders;
 mod foreign_master;
 mod memory;
 mod outages;

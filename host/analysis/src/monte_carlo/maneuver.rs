@@ -102,6 +102,7 @@ impl Maneuver {
         }
         Ok(Script {
             setup,
+            limits: Script::limits(),
             commands,
             duration_us,
         })

@@ -12,6 +12,8 @@ use toml::Value;
 pub struct Script {
     /// Set-up of the board.
     pub setup: Setup,
+    /// Limits of the board.
+    pub limits: Limits,
     /// Commands with their times in µs since the first, which is at 0.
     pub commands: Vec<(u64, Command)>,
     /// Length of the run in µs since the first command.
@@ -19,10 +21,19 @@ pub struct Script {
 }
 
 impl Script {
+    /// The default limits, without a check of the motors.
+    pub fn limits() -> Limits {
+        Limits {
+            check_rad_s2: 0,
+            ..Limits::default()
+        }
+    }
+
     /// Script that holds the arm upright.
     pub fn upright(setup: Setup, duration_us: u64) -> Self {
         Self {
             setup,
+            limits: Self::limits(),
             commands: vec![(0, Command::Regulate([0.0; JOINTS]))],
             duration_us,
         }
@@ -38,6 +49,7 @@ impl Script {
         ];
         Self {
             setup,
+            limits: Self::limits(),
             commands: setpoints
                 .map(|(at_us, q)| (at_us, Command::Regulate(q)))
                 .into(),
@@ -204,10 +216,7 @@ impl From<Script> for Plan {
         });
         let settings = Settings {
             setup: script.setup,
-            limits: Limits {
-                check_rad_s2: 0,
-                ..Limits::default()
-            },
+            limits: script.limits,
         };
         Self {
             begin: InitialSettings::Fixed(Box::new(settings)),

@@ -7,6 +7,7 @@
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Direction;
 use armbridge_shared::arm::State;
+use armbridge_shared::control_loop::limits::CHECK_PERIOD_MAX_US;
 use armbridge_shared::link::message::{Command, Limits, Setup};
 use armbridge_shared::servo::Firmware;
 use nalgebra::Vector2;
@@ -170,16 +171,17 @@ impl Case {
 
     /// Limits of the board.
     pub fn limits(&self) -> Limits {
+        let mut limits = Limits::default();
         if self.is_tight {
-            Limits {
-                pwm_counts: 800,
-                torque_nm: [0.8; JOINTS],
-                torque_age_ms: 1_000,
-                ..Limits::default()
-            }
-        } else {
-            Limits::default()
+            limits.pwm_counts = 800;
+            limits.torque_nm = [0.8; JOINTS];
+            limits.torque_age_ms = 1_000;
         }
+        if self.set_up.period_us > CHECK_PERIOD_MAX_US {
+            // The motors cannot be checked, and the host confirms it.
+            limits.check_rad_s2 = 0;
+        }
+        limits
     }
 
     /// Whether the host sets parameters and limits: not where it relies on saved ones, and not

@@ -88,8 +88,9 @@ impl Core {
         }
     }
 
-    /// Arms, if the servos are cool and take torque at the configured period, and if the
-    /// encoders are known and within the limits.
+    /// Arms, if the servos are cool and take torque at the configured period, if the
+    /// encoders are known and within the limits, and if the motors have been checked, can be, or
+    /// need not be.
     fn arm(&mut self, bus: BusFacts) -> Result<(), Refusal> {
         self.supervisor.check(Event::Arm)?;
         if let Some(joint) = bus.hot_joint {
@@ -103,9 +104,10 @@ impl Core {
             return Err(Refusal::TooFast { least_us });
         }
         bus.encoder_refusal.map_or(Ok(()), Err)?;
-        let is_check_due = !self.are_motors_checked
-            && self.config.limits().check_rad_s2 > 0
-            && self.config.period_us().get() <= CHECK_PERIOD_MAX_US;
+        let is_check_due = !self.are_motors_checked && self.config.limits().check_rad_s2 > 0;
+        if is_check_due && self.config.period_us().get() > CHECK_PERIOD_MAX_US {
+            return Err(Refusal::MotorsUnchecked);
+        }
         self.apply(if is_check_due {
             Event::CheckMotors
         } else {

@@ -24,18 +24,10 @@
 //! 1 kHz if samples are independent. Noise that a servo's filter correlates for up to
 //! [`CORRELATED_US`] makes runs longer by as many samples as are in that time.
 //!
-//! Below a variance of 0.35 count^2 no run is too long: the encoder is too quiet to tell.
-//!
-//! # Pushed
-//!
-//! While a controller holds the arm, a torque beyond `external_nm` is a fault within a second,
-//! or moves the joint. A joint that does not move under it, and whose encoder does not even
-//! show its noise, has an encoder that stopped: after [`PUSHED_US`], sooner than a run of a
-//! loop with long periods takes.
+//! Below a variance of 0.35 count^2 no run is too long: the encoder is too quiet to tell, and
+//! proves itself by [a small motion](super::encoder_proof).
 
-use super::debounce::{Debounce, ticks};
 use crate::check_word::checked;
-use crate::link::limits::Limits;
 
 /// Samples of a block.
 const BLOCK: u8 = 16;
@@ -67,13 +59,6 @@ const LEVELS: [(f32, f32); 5] = [
 
 /// Time in µs over which noise may be correlated.
 const CORRELATED_US: f32 = 1_000.0;
-
-/// Least number of consecutive equal samples with which an encoder has stopped, at any period.
-const EQUAL_TICKS: u32 = 5;
-
-/// Time in µs, and ticks, of equal samples under a torque that must move the joint.
-const PUSHED_US: u32 = 100_000;
-const PUSHED_TICKS: u32 = 6;
 
 /// Noise of one joint's encoder.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -163,68 +148,31 @@ fn level(variance: f32) -> Option<u8> {
 
 /// Longest credible runs at one period, in ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct EqualSamplesConfig {
-    /// As the host has set it, whatever the noise.
-    set: Option<u32>,
+pub(super) struct RunConfig {
     /// For each of [`LEVELS`].
-    learnt: [u32; LEVELS.len()],
-    pushed: u32,
+    longest: [u32; LEVELS.len()],
 }
 
-checked!(EqualSamplesConfig {
-    set,
-    learnt,
-    pushed,
-});
+checked!(RunConfig { longest });
 
-impl EqualSamplesConfig {
-    pub(super) fn new(limits: &Limits, period_us: u32) -> Self {
+impl RunConfig {
+    pub(super) fn new(period_us: u32) -> Self {
         let correlated = 1.0 + (CORRELATED_US / period_us as f32).min(1.0);
-        let quiet_us = u32::from(limits.quiet_ms) * 1_000;
         Self {
-            set: (quiet_us > 0).then(|| ticks(quiet_us, period_us, EQUAL_TICKS)),
-            learnt: LEVELS.map(|(_, run)| (run * correlated) as u32 + 1),
-            pushed: ticks(PUSHED_US, period_us, PUSHED_TICKS),
+            longest: LEVELS.map(|(_, run)| (run * correlated) as u32 + 1),
         }
     }
-}
 
-/// Consecutive equal samples of one joint.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct EqualSamples {
-    last: Option<u16>,
-    run: Debounce,
-    pushed: Debounce,
-}
-
-impl EqualSamples {
-    /// Takes a sample, of a joint that a torque must move or not. Returns the longest credible
-    /// run if as many samples before it were equal to it.
-    pub(super) fn exceeded(
-        &mut self,
-        config: &EqualSamplesConfig,
-        noise: &EncoderNoise,
-        counts: u16,
-        is_pushed: bool,
-    ) -> Option<u32> {
-        let is_equal = self.last.replace(counts) == Some(counts);
-        let learnt = noise
-            .level
-            .and_then(|level| config.learnt.get(usize::from(level)));
-        let longest = config.set.or(learnt.copied()).unwrap_or(u32::MAX);
-        let is_pushed = is_equal && is_pushed && learnt.is_some();
-        if self.run.count(is_equal, longest) {
-            Some(longest)
-        } else if self.pushed.count(is_pushed, config.pushed) {
-            Some(config.pushed)
-        } else {
-            None
-        }
+    /// Longest credible run of an encoder with this noise; `None` where none is too long.
+    pub(super) fn longest(&self, noise: &EncoderNoise) -> Option<u32> {
+        let level = usize::from(noise.level?);
+        self.longest.get(level).copied()
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::debounce::Debounce;
     use super::*;
 
     /// Gaussian noise of this size, rounded, about `middle`: twelve uniform numbers, summed.
@@ -240,8 +188,7 @@ mod tests {
 
     /// Longest credible run at this period in µs, in ticks.
     fn longest_run(noise: &EncoderNoise, period_us: u32) -> Option<u32> {
-        let config = EqualSamplesConfig::new(&Limits::default(), period_us);
-        noise.level.map(|level| config.learnt[usize::from(level)])
+        RunConfig::new(period_us).longest(noise)
     }
 
     /// The encoder's noise after so many samples.
@@ -287,25 +234,6 @@ mod tests {
         let flicker = |n: u32| 512.0 + (n % 2) as f32;
         let noise = learnt(flicker, 0.01, 48);
         assert_eq!((noise.is_known(), longest_run(&noise, 1_000)), (true, None));
-    }
-
-    /// At 22 Hz a run of equal samples takes 1.6 s, and under a torque that must move the
-    /// joint 0.3 s.
-    #[test]
-    fn a_pushed_joint_that_repeats_a_count_has_a_stopped_encoder() {
-        let until = |noise: &EncoderNoise, period_us, is_pushed| {
-            let config = EqualSamplesConfig::new(&Limits::default(), period_us);
-            let mut equal = EqualSamples::default();
-            (0..1_000).position(|_| equal.exceeded(&config, noise, 512, is_pushed).is_some())
-        };
-        let noisy = learnt(|_| 512.0, 1.0, 1_000);
-        let ticks = [1_000, 10_000, 45_000]
-            .map(|period_us| [false, true].map(|is_pushed| until(&noisy, period_us, is_pushed)));
-        let expected = [[67, 67], [37, 10], [35, 6]];
-        assert_eq!(ticks, expected.map(|row| row.map(Some)));
-        // One without noise stands as still.
-        let quiet = learnt(|_| 512.0, 0.1, 1_000);
-        assert_eq!(until(&quiet, 45_000, true), None);
     }
 
     /// An encoder without noise flickers at an edge, and is silent elsewhere.

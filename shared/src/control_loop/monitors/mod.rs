@@ -22,7 +22,8 @@
 //! | `innovation` | encoder in its gap, samples far from the prediction         |
 //! | `motion`     | angle and speed limits of a joint                           |
 //! | `stall`      | joints that are driven and do not move                      |
-//! | `encoder_noise` | noise of the encoders, and those that have stopped       |
+//! | `encoder_noise` | noise of the encoders, and the runs of equal counts that it explains |
+//! | `encoder_proof` | encoders that have stopped: a small motion must show     |
 //! | `external_torque` | torque that the model does not explain                 |
 //! | `soft_stop`  | bounds of the torque within which the arm stays inside      |
 //! | `torque`     | torque within all limits; braked or limited for too long    |
@@ -32,6 +33,7 @@
 mod debounce;
 mod dropout;
 mod encoder_noise;
+mod encoder_proof;
 mod external_torque;
 mod innovation;
 mod motion;
@@ -50,7 +52,8 @@ use crate::link::limits::Limits;
 use crate::link::message::Missing;
 use crate::link::mode::Fault;
 use dropout::{Dropout, DropoutConfig};
-use encoder_noise::{EncoderNoise, EqualSamples, EqualSamplesConfig};
+use encoder_noise::EncoderNoise;
+use encoder_proof::{EncoderProof, Held, ProofConfig};
 use external_torque::{ExternalTorque, ExternalTorqueConfig};
 use innovation::Innovation;
 use motion::{Motion, MotionLimits};
@@ -90,6 +93,8 @@ pub(super) struct MonitorInput<'a> {
     pub(super) is_alarmed: [bool; JOINTS],
     /// Balance of each joint, while a controller holds the arm.
     pub(super) balance: Option<[JointBalance; JOINTS]>,
+    /// Speed of the reference that the controller follows, in rad/s.
+    pub(super) reference_rad_s: [f32; JOINTS],
     /// Whether the motors may be driven.
     pub(super) is_armed: bool,
 }
@@ -103,8 +108,7 @@ pub(super) struct MonitorConfig {
     dropout: DropoutConfig,
     fast_ticks: u32,
     stall: StallConfig,
-    equal: EqualSamplesConfig,
-    period_ms: f32,
+    proof: ProofConfig,
     external: ExternalTorqueConfig,
     soft_stop: SoftStop,
     torque: TorqueConfig,
@@ -116,8 +120,7 @@ checked!(MonitorConfig {
     dropout,
     fast_ticks,
     stall,
-    equal,
-    period_ms,
+    proof,
     external,
     soft_stop,
     torque,
@@ -139,7 +142,7 @@ struct JointMonitors {
     innovation: Innovation,
     motion: Motion,
     stall: Stall,
-    equal: EqualSamples,
+    proof: EncoderProof,
     external: ExternalTorque,
     alarmed: Debounce,
 }
@@ -158,8 +161,7 @@ impl MonitorConfig {
             dropout: DropoutConfig::new(&limits, period_us),
             fast_ticks: motion::fast_ticks(period_us),
             stall: StallConfig::new(period_us),
-            equal: EqualSamplesConfig::new(&limits, period_us),
-            period_ms: period_us as f32 * 1e-3,
+            proof: ProofConfig::new(&limits, period_us),
             external: ExternalTorqueConfig::new(period_us),
             soft_stop: SoftStop::new(angle_rad, period_us),
             torque: TorqueConfig::new(&limits, period_us),
@@ -262,9 +264,14 @@ impl Monitors {
                     });
                 }
                 joint.innovation.check_range(limits, id, counts)?;
-                let unmet_nm = input.balance.map_or(0.0, |balance| balance[i].unmet_nm);
-                let is_pushed = unmet_nm.abs() > limits.external_nm[i];
-                joint.check_equal(config, noise, id, counts, is_pushed)?;
+                let held = input.balance.map(|balance| Held {
+                    push_nm: -balance[i].unmet_nm,
+                    reference_rad_s: input.reference_rad_s[i],
+                    external_nm: limits.external_nm[i],
+                });
+                joint
+                    .proof
+                    .check(&config.proof, noise, id, counts, held.as_ref())?;
                 let push_nm = input.torque_nm[i] - input.gravity_nm[i];
                 joint
                     .stall
@@ -325,6 +332,21 @@ impl Monitors {
             .limit(&config.torque, &config.limits, wanted_nm, before_nm, bounds)
     }
 
+    /// The torque in N m of joints that a controller holds, which demands `demand_nm`: another
+    /// one for those whose encoder proves itself.
+    pub(super) fn proved(
+        &self,
+        config: &MonitorConfig,
+        demand_nm: Vector2<f32>,
+        gravity_nm: Vector2<f32>,
+    ) -> Vector2<f32> {
+        let torque = |joint: usize| {
+            let proof = &self.joints[joint].proof;
+            proof.torque(&config.proof, demand_nm[joint], gravity_nm[joint])
+        };
+        Vector2::from([torque(0), torque(1)])
+    }
+
     /// Counts a tick whose torque exceeded the PWM limit.
     ///
     /// # Errors
@@ -335,31 +357,6 @@ impl Monitors {
         is_limited: bool,
     ) -> Result<(), Violation> {
         self.torque.pwm(&config.torque, &config.limits, is_limited)
-    }
-}
-
-impl JointMonitors {
-    /// Checks that the encoder has not stopped; `is_pushed` with a torque that must move the
-    /// joint.
-    fn check_equal(
-        &mut self,
-        config: &MonitorConfig,
-        noise: &EncoderNoise,
-        joint: u8,
-        counts: u16,
-        is_pushed: bool,
-    ) -> Result<(), Violation> {
-        let longest = self.equal.exceeded(&config.equal, noise, counts, is_pushed);
-        if let Some(longest) = longest {
-            let longest_ms = longest as f32 * config.period_ms;
-            return Err(Violation {
-                fault: Fault::EncoderFrozen,
-                joint: Some(joint),
-                value: longest_ms,
-                limit: longest_ms,
-            });
-        }
-        Ok(())
     }
 }
 

@@ -70,8 +70,8 @@ pub(super) const LIMITS: [Parameter; 23] = limits! {
         "Torque, beyond gravity, that is sure to move a joint."
         at_most(hard::STUCK_NM);
     number one quiet_ms "ms"
-        "How long an encoder may repeat one count with torque on; 0: as long as the noise allows \
-         that the board has learnt of it."
+        "How long an encoder may repeat one count while a controller holds the joint, before a \
+         small motion must change it; 0: as long as its noise explains."
         Range::whole(0, u16::MAX as u32);
     pair each external_nm "N m"
         "Torque on a joint that the model does not explain, for a second while a controller \

@@ -21,6 +21,7 @@ fn seen(state: &State<f32>) -> MonitorInput<'_> {
         gravity_nm: [0.0; 2],
         is_alarmed: [false; 2],
         balance: None,
+        reference_rad_s: [0.0; 2],
         is_armed: true,
     }
 }
@@ -75,24 +76,6 @@ fn each_doubt_has_its_own_fault() {
     let mut fixture = Fixture::new(Limits::default(), 1_000);
     let (taken, violation) = until(&mut fixture, &silent).unwrap();
     assert_eq!((violation.fault, taken), (Fault::ServoSilent, 20));
-}
-
-/// A time that the host has set stands in for the noise that was learnt.
-#[test]
-fn an_encoder_that_repeats_a_count_for_a_set_time_has_stopped() {
-    let still = at(0.0, 0.0);
-    for (quiet_ms, period_us, ticks) in [(300, 1_000, 301), (300, 100_000, 6)] {
-        let limits = Limits {
-            quiet_ms,
-            ..Limits::default()
-        };
-        let mut fixture = Fixture::new(limits, period_us);
-        let (taken, violation) = until(&mut fixture, &seen(&still)).unwrap();
-        assert_eq!((violation.fault, taken), (Fault::EncoderFrozen, ticks));
-    }
-    // One that has never shown noise is not detected by it.
-    let mut fixture = Fixture::new(Limits::default(), 1_000);
-    assert_eq!(until(&mut fixture, &seen(&still)), None);
 }
 
 #[test]
