@@ -17,6 +17,10 @@
 //! second time before that is a fault. Beyond [`CHECK_PERIOD_MAX_US`] the arm would fall
 //! meanwhile, and is armed unchecked.
 //!
+//! Where the limits of the host leave too little torque to move a joint, or to tell the joints
+//! apart, the arm is armed, and checked again at the next arming, until a check is conclusive:
+//! the limits may have been raised by then.
+//!
 //! # Swapped servos
 //!
 //! Motor and encoder of a servo are in one housing, so that swapped servos turn the right
@@ -35,6 +39,7 @@
 
 mod response;
 
+use super::ControlLoop;
 use super::monitors::Violation;
 use super::pipeline::Demand;
 use crate::JOINTS;
@@ -220,6 +225,12 @@ impl MotorCheck {
         CheckStep::Torque(self.gravity_nm + torque_nm * sign)
     }
 
+    /// Whether the check has moved both joints, by enough torque to tell them apart.
+    fn is_conclusive(&self) -> bool {
+        let mut responses = self.responses.iter();
+        responses.all(|response| response.is_conclusive() && response.ratio() > MOVED)
+    }
+
     /// The outcome of an attempt: a joint that does not move, or joints that look swapped, are
     /// tested twice.
     fn conclude(&self, mass: Vector2<f32>) -> Outcome {
@@ -298,6 +309,13 @@ impl MotorCheck {
             value: moved_rad,
             limit: ABORT_RAD,
         })
+    }
+}
+
+impl ControlLoop {
+    /// Whether the last check of the motors, which has passed, need not be repeated.
+    pub fn is_motor_check_conclusive(&self) -> bool {
+        self.motor_check.is_conclusive()
     }
 }
 
