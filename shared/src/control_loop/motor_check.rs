@@ -39,7 +39,6 @@
 
 mod response;
 
-use super::ControlLoop;
 use super::monitors::Violation;
 use super::pipeline::Demand;
 use crate::JOINTS;
@@ -226,7 +225,7 @@ impl MotorCheck {
     }
 
     /// Whether the check has moved both joints, by enough torque to tell them apart.
-    fn is_conclusive(&self) -> bool {
+    pub(super) fn is_conclusive(&self) -> bool {
         let mut responses = self.responses.iter();
         responses.all(|response| response.is_conclusive() && response.ratio() > MOVED)
     }
@@ -309,13 +308,6 @@ impl MotorCheck {
             value: moved_rad,
             limit: ABORT_RAD,
         })
-    }
-}
-
-impl ControlLoop {
-    /// Whether the last check of the motors, which has passed, need not be repeated.
-    pub fn is_motor_check_conclusive(&self) -> bool {
-        self.motor_check.is_conclusive()
     }
 }
 
