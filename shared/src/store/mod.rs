@@ -28,7 +28,7 @@
 //!
 //! # When a page is lost
 //!
-//! The mark, a receipt of [`MARK`], is what shows that settings had been saved if the log is
+//! The mark, a receipt of generation 0, is what shows that settings had been saved if the log is
 //! erased as a whole. Only a flash of which both pages are erased is that of a new board.
 //!
 //! # What is in force after it
