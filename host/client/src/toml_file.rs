@@ -2,6 +2,9 @@
 //! file, line, column and the line itself.
 
 pub mod keys;
+mod text;
+
+pub use text::{TEXT_MAX, read_file, read_text};
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -69,6 +72,18 @@ pub enum DocumentError {
         /// Error of the system.
         source: std::io::Error,
     },
+    /// It is longer than any that a user writes.
+    #[error(
+        "{path} is longer than {most_mib} MiB, the most that is read: write steps that repeat \
+         once, with `every_s`, or divide the file into several runs",
+        path = path.display()
+    )]
+    TooLong {
+        /// The file.
+        path: PathBuf,
+        /// The bound.
+        most_mib: u64,
+    },
     /// It is not TOML, or has an unknown key or a wrong value.
     #[error("{place}: {message}{}", place.quoted())]
     Wrong {
@@ -105,11 +120,7 @@ impl Document {
     /// # Errors
     /// If it cannot be read, or is no TOML.
     pub fn read(path: &Path) -> Result<Self, DocumentError> {
-        let text = std::fs::read_to_string(path).map_err(|source| DocumentError::Read {
-            path: path.into(),
-            source,
-        })?;
-        Self::parse(path, text)
+        Self::parse(path, read_file(path, TEXT_MAX)?)
     }
 
     /// Parses a text as the contents of this file.

@@ -66,6 +66,11 @@ impl ControlLoop {
         })
     }
 
+    /// Whether the last check of the motors, which has passed, need not be repeated.
+    pub fn is_motor_check_conclusive(&self) -> bool {
+        self.motor_check.is_conclusive()
+    }
+
     /// Installs another configuration, without a step in the torque if motors are
     /// driven; the next command acts at `acts_us`.
     pub fn install(

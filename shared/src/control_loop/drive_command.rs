@@ -53,10 +53,15 @@ impl DriveCommand {
         }
     }
 
-    /// The same command with another source. One that is corrupted keeps its check word, which
-    /// shows that at the next tick.
+    /// The same command with another source.
     pub(super) fn with_drive(&self, drive: Drive) -> Self {
-        let renewed = Self::new(drive, self.words.torque_nm, self.words.commanded_us);
+        self.continued(drive, self.words.commanded_us)
+    }
+
+    /// This command, continued by another source from this time on. One that is corrupted keeps
+    /// its check word, which shows that at the next tick.
+    pub(super) fn continued(&self, drive: Drive, commanded_us: u64) -> Self {
+        let renewed = Self::new(drive, self.words.torque_nm, commanded_us);
         if self.is_intact() {
             renewed
         } else {
@@ -126,7 +131,7 @@ mod tests {
                 changed.inject_error(draw);
                 assert!(!changed.is_intact(), "{drive:?}, {draw}");
                 for (other, _) in DRIVES.iter().filter(|(other, _)| *other != drive) {
-                    let renewed = changed.with_drive(*other);
+                    let renewed = changed.continued(*other, 2_000_000);
                     assert!(!renewed.is_intact(), "{drive:?} to {other:?}, {draw}");
                 }
             }

@@ -12,10 +12,14 @@
 //! ```
 //!
 //! Mass matrix and viscous friction are diagonal, so that both joints are tested at once. At
-//! 1 kHz a check takes 260 ms; at longer periods the pulses are repeated until there are
-//! [`SAMPLES`] samples. A joint that does not move, and joints that look swapped, are tested a
+//! 1 kHz a check takes 260 ms; at longer periods the [pulses](pattern) are repeated until there
+//! are enough samples. A joint that does not move, and joints that look swapped, are tested a
 //! second time before that is a fault. Beyond [`CHECK_PERIOD_MAX_US`] the arm would fall
 //! meanwhile, and is armed unchecked.
+//!
+//! Where the limits of the host leave too little torque to move a joint, or to tell the joints
+//! apart, the arm is armed, and checked again at the next arming, until a check is conclusive:
+//! the limits may have been raised by then.
 //!
 //! # Swapped servos
 //!
@@ -33,6 +37,7 @@
 //!
 //! [`CHECK_PERIOD_MAX_US`]: super::limits::CHECK_PERIOD_MAX_US
 
+mod pattern;
 mod response;
 
 use super::monitors::Violation;
@@ -41,24 +46,12 @@ use crate::JOINTS;
 use crate::arm::{Parameters, Posture};
 use crate::link::message::Fault;
 use nalgebra::Vector2;
+use pattern::Pattern;
 use response::{CONCLUSIVE_NM, Response};
 
 /// Torque of the second attempt, as a multiple of the first's: static friction may have held a
 /// joint.
 const STRONGER: f32 = 1.6;
-
-/// Length of a pulse in µs, at least a tick.
-const PULSE_US: u32 = 30_000;
-
-/// Signs of the pulses: two motions, there and back, the second mirrored.
-const SIGNS: [f32; 8] = [1.0, -1.0, -1.0, 1.0, -1.0, 1.0, 1.0, -1.0];
-
-/// Rest before and after the pulses in µs, at least two ticks.
-const REST_US: u32 = 10_000;
-
-/// Samples of each joint in an attempt, and the most repetitions for that.
-const SAMPLES: u32 = 100;
-const REPETITIONS_MAX: u32 = 3;
 
 /// Response of a joint that moves, and, with the other sign, of one whose motor turns the wrong
 /// way.
@@ -141,38 +134,6 @@ impl Outcome {
     }
 }
 
-/// Lengths of the pattern in ticks.
-#[derive(Clone, Copy, Debug)]
-struct Pattern {
-    pulse: u32,
-    rest: u32,
-    ticks: u32,
-}
-
-impl Pattern {
-    fn new(period_us: u32) -> Self {
-        let period_us = period_us.max(1);
-        let pulse = ((PULSE_US + period_us / 2) / period_us).max(1);
-        let rest = (REST_US / period_us).max(2);
-        let pulses = SIGNS.len() as u32 * pulse;
-        let repetitions = SAMPLES.div_ceil(pulses.max(1)).min(REPETITIONS_MAX);
-        Self {
-            pulse,
-            rest,
-            ticks: pulses * repetitions + 2 * rest,
-        }
-    }
-
-    /// Sign of the torque in this tick.
-    fn sign(&self, tick: u32) -> f32 {
-        if tick < self.rest || tick + self.rest >= self.ticks {
-            return 0.0;
-        }
-        let pulse = (tick - self.rest) / self.pulse;
-        SIGNS[pulse as usize % SIGNS.len()]
-    }
-}
-
 impl MotorCheck {
     /// Runs a tick.
     pub(super) fn tick(&mut self, input: &CheckInput<'_>) -> CheckStep {
@@ -218,6 +179,12 @@ impl MotorCheck {
         let sign = pattern.sign(self.tick);
         self.tick += 1;
         CheckStep::Torque(self.gravity_nm + torque_nm * sign)
+    }
+
+    /// Whether the check has moved both joints, by enough torque to tell them apart.
+    pub(super) fn is_conclusive(&self) -> bool {
+        let mut responses = self.responses.iter();
+        responses.all(|response| response.is_conclusive() && response.ratio() > MOVED)
     }
 
     /// The outcome of an attempt: a joint that does not move, or joints that look swapped, are

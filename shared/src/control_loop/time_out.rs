@@ -7,6 +7,10 @@
 //! | constant torque, not repeated | `torque_age_ms`         | torque ends                    |
 //! | stream, not continued         | `stream_age_ms`         | the reference brakes, the arm is held |
 //! | setpoint, not repeated        | `setpoint_age_ms`, if any | torque ends                  |
+//! | motion, no other commanded    | `setpoint_age_ms`, if any | the reference brakes, the arm is held |
+//!
+//! An arm that is held after any of these is held at a setpoint as old as the braking. By
+//! default a motion goes on to its end, ten minutes at most, and its end is held.
 
 use super::tick::TickStatus;
 use super::{ControlLoop, Fallback, LoopConfig, Permission, TickInput, Violation};
@@ -76,15 +80,17 @@ impl ControlLoop {
         let limit_ms = match self.drive() {
             Drive::Torque => limits.torque_age_ms,
             Drive::Track if self.source.is_streamed() => limits.stream_age_ms,
-            Drive::Regulate | Drive::Hold => limits.setpoint_age_ms,
-            Drive::Track | Drive::Experiment => 0,
+            Drive::Regulate | Drive::Hold | Drive::Track => limits.setpoint_age_ms,
+            // It has an end and an envelope of its own.
+            Drive::Experiment => 0,
         };
         limit_ms > 0 && self.commanded.age_us(at_us) > u64::from(limit_ms) * 1_000
     }
 
-    /// Brakes the reference, then holds the arm.
+    /// Brakes the reference, then holds the arm. The setpoint is of this time, for torque that
+    /// ends at once would let a moving arm fall.
     pub(super) fn brake(&mut self, at_us: u64) -> Fallback {
-        self.commanded = self.commanded.with_drive(Drive::Hold);
+        self.commanded = self.commanded.continued(Drive::Hold, at_us);
         self.source.brake(at_us);
         Fallback::Brake
     }

@@ -94,7 +94,8 @@ pub struct Limits {
     pub torque_age_ms: u16,
     /// Age in ms of a stream's last point at which the arm is braked and held.
     pub stream_age_ms: u16,
-    /// Age in ms at which a setpoint ends, and the torque with it; 0: never.
+    /// Age in ms at which a setpoint ends, and the torque with it, or a motion, and the arm is
+    /// held; 0: never.
     pub setpoint_age_ms: u16,
     /// Silence in ms after which a client of the transparent port that may have set a motor
     /// moving loses the bus; 0: never.

@@ -2,7 +2,7 @@
 //!
 //! Flash is two pages ([`NorFlash::ERASE_SIZE`] each). One is a log to which each
 //! save appends the settings and then, when they have been read back, a receipt;
-//! the other is erased. `page` keeps a log, `record` defines its entries, and
+//! the other has a mark alone. `page` keeps a log, `record` defines its entries, and
 //! [`memory`] is a replacement for flash.
 //!
 //! # When pages are erased
@@ -26,6 +26,11 @@
 //!   as a new generation, before the old page is erased. A page is erased only
 //!   while the other holds all that counts.
 //!
+//! # When a page is lost
+//!
+//! The mark, a receipt of generation 0, is what shows that settings had been saved if the log is
+//! erased as a whole. Only a flash of which both pages are erased is that of a new board.
+//!
 //! # What is in force after it
 //!
 //! The newest intact settings, unless there is a receipt for newer ones: those
@@ -45,6 +50,10 @@ use crate::link::message::{Settings, SettingsFrom};
 use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind};
 use page::{FlashError, Page, PageScan};
 use record::{Malformed, RECEIPT_LEN, Record, SETTINGS_MAX};
+
+/// Generation of a receipt without settings: the settings that had been saved are in the other
+/// page. Those of settings count from 1.
+const MARK: u32 = 0;
 
 /// Settings in the first two pages of this flash.
 #[derive(Debug)]
@@ -98,6 +107,8 @@ impl From<FlashError> for SaveError {
 impl<F: NorFlash> Store<F> {
     /// Bytes of a page that one save takes at most.
     const COST: u32 = Page::<F>::cost(SETTINGS_MAX) + Page::<F>::cost(RECEIPT_LEN);
+    /// Bytes of a mark.
+    const MARK_COST: u32 = Page::<F>::cost(RECEIPT_LEN);
 
     /// Settings in this flash, which is not touched yet.
     pub const fn new(flash: F) -> Self {
@@ -116,8 +127,8 @@ impl<F: NorFlash> Store<F> {
     /// [`PrepareError`]; settings can be loaded all the same.
     pub fn prepare(&mut self, saves: u32) -> Result<(), PrepareError> {
         let mut needed = saves.saturating_mul(Self::COST);
-        // Beside them there are the settings in force.
-        let most = Page::<F>::ROOM.saturating_sub(Self::COST);
+        // Beside them there are the settings in force, after a mark.
+        let most = Page::<F>::ROOM.saturating_sub(Self::COST + Self::MARK_COST);
         if self.flash.capacity() < 2 * F::ERASE_SIZE || most < needed {
             return Err(PrepareError::TooSmall);
         }
@@ -125,8 +136,11 @@ impl<F: NorFlash> Store<F> {
             return Ok(());
         };
         let spare = 1 - log.page;
-        if !log.is_alone {
-            self.page(spare).erase()?;
+        if log.spare != Spare::Marked {
+            if log.spare == Spare::Used {
+                self.page(spare).erase()?;
+            }
+            self.append_receipt(spare, MARK)?;
         }
         let settings = log.scan.settings();
         let unreceipted = settings.filter(|record| log.scan.receipt < Some(record.generation));
@@ -146,7 +160,7 @@ impl<F: NorFlash> Store<F> {
         }
         self.append_receipt(spare, generation)?;
         self.page(log.page).erase()?;
-        Ok(())
+        Ok(self.append_receipt(log.page, MARK)?)
     }
 
     /// The settings to begin with, and where they come from. Changes nothing.
@@ -180,10 +194,10 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// [`SaveError`].
     pub fn save(&mut self, settings: &Settings) -> Result<(), SaveError> {
-        let (page, room, generation) = match self.log()? {
+        let (page, room, generation, spare) = match self.log()? {
             Some(log) if log.scan.has_receipt_for(settings) => return Ok(()),
-            Some(log) => (log.page, log.scan.room, log.next_generation()),
-            None => (0, Page::<F>::ROOM, 1),
+            Some(log) => (log.page, log.scan.room, log.next_generation(), log.spare),
+            None => (0, Page::<F>::ROOM, 1, Spare::Blank),
         };
         if room < Self::COST {
             return Err(SaveError::Full);
@@ -191,6 +205,9 @@ impl<F: NorFlash> Store<F> {
         let record = record::encode_settings(settings, generation).ok_or(SaveError::Full)?;
         self.append_settings(page, &record)?;
         self.append_receipt(page, generation)?;
+        if spare == Spare::Blank {
+            self.append_receipt(1 - page, MARK)?;
+        }
         Ok(())
     }
 
@@ -201,12 +218,24 @@ impl<F: NorFlash> Store<F> {
         if first.is_blank && second.is_blank {
             return Ok(None);
         }
-        let is_alone = first.is_blank || second.is_blank;
         let is_second = first.is_blank || first.generation() < second.generation();
+        let (scan, other) = if is_second {
+            (second, first)
+        } else {
+            (first, second)
+        };
+        let is_mark = other.receipt == Some(MARK) && other.newest.is_none();
+        let spare = if other.is_blank {
+            Spare::Blank
+        } else if is_mark && other.room == Page::<F>::ROOM.saturating_sub(Self::MARK_COST) {
+            Spare::Marked
+        } else {
+            Spare::Used
+        };
         Ok(Some(Log {
             page: u32::from(is_second),
-            scan: if is_second { second } else { first },
-            is_alone,
+            scan,
+            spare,
         }))
     }
 
@@ -241,8 +270,17 @@ struct Log {
     /// Its number.
     page: u32,
     scan: PageScan,
-    /// The other page is blank.
-    is_alone: bool,
+    spare: Spare,
+}
+
+/// Contents of the page that is not in use.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Spare {
+    Blank,
+    /// A mark alone.
+    Marked,
+    /// A log that is out of use, or what power-off left of one.
+    Used,
 }
 
 impl Log {

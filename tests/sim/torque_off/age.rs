@@ -1,11 +1,11 @@
-//! Age of commands: heartbeats alone keep a setpoint, but neither a constant torque
-//! nor a stream.
+//! Age of commands: heartbeats alone keep a setpoint and a motion, unless their age is limited,
+//! but neither a constant torque nor a stream.
 
-use armbridge_shared::link::message::{Command, Drive, Mode, Setup};
+use armbridge_shared::link::message::{Command, Drive, Limits, Mode, Setup};
 use armbridge_shared::servo::Firmware;
-use armbridge_tests::plant;
 use armbridge_tests::torque_off::cases::{all, check, run_cases};
 use armbridge_tests::torque_off::rig::{World, bench, between_obstacles, with_rig};
+use armbridge_tests::{plant, sinusoid};
 
 /// Age at which a command no longer drives, in µs: the default of 2 s, with time for
 /// the tick and the bus.
@@ -101,6 +101,32 @@ fn a_setpoint_is_held_for_a_minute_of_heartbeats() {
         for joint in 0..2 {
             let apart_rad = angle_rad[joint] - f64::from(SETPOINT_RAD[joint]);
             assert!(apart_rad.abs() < 0.03, "joint {joint}: {apart_rad} rad");
+        }
+    });
+}
+
+/// Nobody may have been there for a minute when a motion of a minute is still under way.
+#[test]
+fn a_motion_is_braked_at_its_age_and_let_go_at_that_of_a_setpoint() {
+    let bench = bench(&plant([0.0; 2], true), Firmware::Morpheus);
+    with_rig(World::Bench, bench, |rig| {
+        let limits = Limits {
+            setpoint_age_ms: 2_000,
+            ..Limits::default()
+        };
+        assert_eq!(rig.command(Command::Limit(limits)), Ok(()));
+        assert_eq!(rig.command(Command::Configure(Setup::best())), Ok(()));
+        rig.drive(Command::Regulate([0.0; 2]));
+        assert_eq!(rig.command(Command::Follow(sinusoid(59.0))), Ok(()));
+        let commanded_us = rig.now_us();
+        for (age_us, mode) in [
+            (AGE_US - 200_000, Mode::Running(Drive::Track)),
+            (AGE_US, Mode::Running(Drive::Hold)),
+            (2 * AGE_US - 300_000, Mode::Running(Drive::Hold)),
+            (2 * AGE_US, Mode::Armed),
+        ] {
+            rig.until_us(commanded_us + age_us);
+            assert_eq!(rig.mode(), Some(mode), "{age_us} us after the motion");
         }
     });
 }

@@ -1,10 +1,10 @@
 //! What the samples must show before the board arms.
 
 use armbridge_shared::arm::State;
-use armbridge_shared::link::message::{Command, Mode, Refusal};
+use armbridge_shared::link::message::{Command, Limits, Mode, Refusal};
 use armbridge_shared::servo::Firmware;
 use armbridge_sim::plant::PlantConfig;
-use armbridge_tests::torque_off::rig::{World, bench, with_rig};
+use armbridge_tests::torque_off::rig::{Rig, World, bench, with_rig};
 use nalgebra::Vector2;
 
 /// 48 samples at rest show the noise of the encoders, without which one that stops goes
@@ -43,6 +43,46 @@ fn an_arm_beyond_its_limit_is_not_armed() {
             let answer = rig.command(Command::Arm { session });
             assert_eq!(answer, Err(Refusal::BeyondLimit { joint }));
             assert_eq!(rig.mode(), Some(Mode::Idle));
+        });
+    }
+}
+
+/// Arms under these limits, and disarms; the first mode after the command.
+fn arm_under(rig: &mut Rig<'_>, limits: Limits) -> Mode {
+    assert_eq!(rig.command(Command::Limit(limits)), Ok(()));
+    let session = rig.host().session();
+    assert_eq!(rig.command(Command::Arm { session }), Ok(()));
+    let is_armed = |rig: &Rig<'_>| rig.mode().is_some_and(Mode::is_armed);
+    rig.until("armed", 100_000, is_armed);
+    let first = rig.mode().unwrap();
+    rig.until("checked", 2_000_000, |rig| rig.mode() == Some(Mode::Armed));
+    assert_eq!(rig.command(Command::Idle), Ok(()));
+    first
+}
+
+#[test]
+fn a_motor_check_that_moved_nothing_is_repeated_under_higher_limits() {
+    let limits = Limits::default();
+    let weak = Limits {
+        torque_nm: [0.05; 2],
+        ..limits
+    };
+    let slow = Limits {
+        pwm_counts: 60,
+        ..limits
+    };
+    for low in [weak, slow] {
+        let bench = bench(&PlantConfig::default(), Firmware::Morpheus);
+        with_rig(World::Bench, bench, |rig| {
+            for (limits, first) in [
+                (low, Mode::MotorCheck),
+                (limits, Mode::MotorCheck),
+                (limits, Mode::Armed),
+                // Known by now.
+                (low, Mode::Armed),
+            ] {
+                assert_eq!(arm_under(rig, limits), first, "{limits:?}");
+            }
         });
     }
 }

@@ -71,7 +71,7 @@ use std::path::{Path, PathBuf};
 
 use armbridge_client::enum_names;
 use armbridge_client::params;
-use armbridge_client::toml_file::DocumentError;
+use armbridge_client::toml_file::{self, DocumentError};
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Settings;
@@ -245,21 +245,20 @@ impl ScenarioText {
     /// If there is no such scenario, or it cannot be read.
     pub fn read(name: &str) -> Result<Self, ScenarioError> {
         let path = Path::new(name);
-        let unreadable = |path: &Path, source| DocumentError::Read {
-            path: path.into(),
-            source,
-        };
         if name == "-" {
             let file = Path::new("stdin");
-            let text = std::io::read_to_string(std::io::stdin());
             return Ok(Self {
                 file: file.into(),
-                text: text.map_err(|source| unreadable(file, source))?,
+                text: toml_file::read_text(file, Ok(std::io::stdin()), toml_file::TEXT_MAX)?,
             });
         }
-        let is_path = path
+        let is_motion = path
             .extension()
-            .is_some_and(|extension| extension == "toml" || extension == motion::EXTENSION)
+            .is_some_and(|extension| extension == motion::EXTENSION);
+        let is_path = is_motion
+            || path
+                .extension()
+                .is_some_and(|extension| extension == "toml")
             || path.components().count() > 1;
         if let (false, Some(builtin)) = (is_path, Builtin::find(name)) {
             return Ok(Self {
@@ -274,10 +273,14 @@ impl ScenarioText {
                 nearest: params::nearest(name, names),
             });
         }
-        let text = std::fs::read_to_string(path).map_err(|source| unreadable(path, source))?;
+        let bytes_max = if is_motion {
+            motion::TEXT_MAX
+        } else {
+            toml_file::TEXT_MAX
+        };
         Ok(Self {
             file: path.into(),
-            text,
+            text: toml_file::read_file(path, bytes_max)?,
         })
     }
 

@@ -153,13 +153,15 @@ impl Terminal {
 
 impl Guide for Terminal {
     fn say(&mut self, line: &str) {
-        let over = if self.is_live { "\r\x1b[K" } else { "" };
-        stdio::note(format_args!("{over}{line}"));
+        if self.is_live {
+            stdio::note_over("");
+        }
+        stdio::note(line);
     }
 
     fn show(&mut self, line: &str) {
         if self.is_live {
-            stdio::note_text(format_args!("\r\x1b[K{line} "));
+            stdio::note_over(format_args!("{line} "));
         }
     }
 

@@ -119,9 +119,8 @@ fn table(path: Option<&Path>) -> Result<toml::Table, String> {
     let Some(path) = path else {
         return Ok(toml::Table::new());
     };
-    let named = path.display();
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| format!("cannot read {named}: {error}; name a TOML file"))?;
+    let text = toml_file::read_file(path, toml_file::TEXT_MAX)
+        .map_err(|error| format!("{error}; name a TOML file"))?;
     let parsed = text.parse();
     parsed.map_err(|error| toml_file::not_toml(path, &text, &error).to_string())
 }

@@ -1,7 +1,8 @@
 //! The server that viewers connect to, over the protocol `foxglove.sdk.v1`.
 //!
 //! It runs on the thread that calls [`Server::poll`], and never waits. A connection has 2 s
-//! to become a viewer; there are at most 16 handshakes and 16 viewers at a time.
+//! to become a viewer; there are at most 16 handshakes and 16 viewers at a time. For a further viewer
+//! the oldest one without the token gives way, so that who stops or commands finds a place.
 
 use std::cell::Cell;
 use std::io::Write;
@@ -36,7 +37,7 @@ const HANDSHAKE: Duration = Duration::from_secs(2);
 const TIMEOUT: &str = "408 Request Timeout";
 /// Handshakes at a time; a further one takes the place of the oldest.
 const HANDSHAKES_MAX: usize = 16;
-/// Viewers at a time.
+/// Viewers at a time; more with the token are closed.
 const VIEWERS_MAX: usize = 16;
 
 /// Why there is no server.
@@ -203,7 +204,7 @@ impl Server {
         >,
     ) {
         match result {
-            Ok(mut socket) if self.viewers.len() >= VIEWERS_MAX => {
+            Ok(mut socket) if !self.make_room() => {
                 // Best effort: the close alone suffices.
                 let _ = socket.close(None);
             }
@@ -226,6 +227,20 @@ impl Server {
             }
             Err(HandshakeError::Failure(_)) => refuse(&stream, "400 Bad Request"),
         }
+    }
+
+    /// Whether there is a place for another viewer, if need be that of the oldest without the
+    /// token: those with it may have armed the arm.
+    fn make_room(&mut self) -> bool {
+        if self.viewers.len() < VIEWERS_MAX {
+            return true;
+        }
+        let mut viewers = self.viewers.iter();
+        let oldest = viewers.position(|viewer| viewer.right == Right::Watch);
+        oldest.is_some_and(|oldest| {
+            self.viewers.remove(oldest).close();
+            true
+        })
     }
 
     /// Queues a reply to a viewer, if it is still there.

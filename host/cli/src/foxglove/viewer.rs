@@ -60,7 +60,7 @@ pub struct ViewerId(pub(super) u64);
 #[derive(Debug)]
 pub(super) struct Viewer {
     pub(super) id: ViewerId,
-    right: Right,
+    pub(super) right: Right,
     socket: WebSocket<TcpStream>,
     /// Its number for each topic that it has subscribed to.
     subscriptions: HashMap<u64, u32>,

@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
-use crate::program::{Program, names, stderr};
+use crate::program::{Program, names, stderr, text};
 
 /// A run that expects nothing.
 const SHORT: &str = "title = \"short\"\n[[step]]\nat_s = 0\nregulate_rad = [0, 0]\n\
@@ -318,4 +318,29 @@ fn standard_output_has_a_name_in_the_system() {
     let printed = fs::read_to_string(program.path("printed.csv")).unwrap();
     assert!(printed.starts_with("time_s,tick,"), "{printed:.40}");
     assert!(!printed.contains(" ticks, "));
+}
+
+#[cfg(unix)]
+#[test]
+fn text_of_others_has_no_power_over_the_terminal() {
+    let program = Program::new("output-hostile");
+    // The name of a run is in its log, and so is that of its file.
+    let hostile = "a\x1b[2J\x07\u{9b}1m\nlink";
+    let shown = "a\\u001b[2J\\u0007\\u009b1m";
+    let file = format!("{hostile}.toml");
+    let title = SHORT.replace("short", "\\u001b]0;title\\u0007");
+    fs::write(program.path(&file), title).unwrap();
+    for args in [
+        ["run", &file, "--check"].as_slice(),
+        &["run", &file],
+        &["info"],
+    ] {
+        let output = program.run(args);
+        let text = [stderr(&output), text(&output.stdout).to_owned()].concat();
+        let is_control = |c: char| c.is_control() && c != '\n';
+        assert!(!text.contains(is_control), "{args:?}: {text:?}");
+        assert!(text.contains(shown), "{args:?}: {text}");
+    }
+    let info = program.prints(&["info"]);
+    assert!(!info.contains("\nlink.toml"), "{info}");
 }

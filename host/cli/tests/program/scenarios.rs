@@ -321,3 +321,14 @@ fn logs_of_different_periods_are_not_called_different_arms() {
     let words = ["have different periods, 1000 and 2000 µs; fit them one by one"];
     program.refuses(&["identify", "fit", &one, &two], &words);
 }
+
+#[test]
+fn a_scenario_that_is_too_long_is_refused_before_it_is_parsed() {
+    let program = Program::new("scenarios-long");
+    let step = "[[step]]\nat_s = 0\nregulate_rad = [0, 0]\n";
+    program.write("long.toml", &(HEAD.to_owned() + &step.repeat(120_000)));
+    program.refuses(
+        &["run", "long.toml", "--check"],
+        &["long.toml is longer than 4 MiB", "every_s"],
+    );
+}

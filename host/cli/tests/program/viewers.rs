@@ -271,3 +271,24 @@ fn half_open_connections_are_closed() {
         ));
     }
 }
+
+#[test]
+fn viewers_without_the_token_give_way_and_none_keeps_an_operator_out() {
+    let board = Served::on(TCP);
+    let live = Live::on(&board.link.to_string(), &["--allow-arm"]);
+    board.until("idle", |seen| seen.mode == Mode::Idle);
+    let mut operator = Viewer::with_token(&live);
+    until("held", || operator.call(HOLD).is_ok());
+    // All places and more, each of which answers until it gives way.
+    let mut crowd: Vec<_> = (0..20).map(|_| Viewer::at(&live, "/")).collect();
+    let newest = crowd.last_mut().unwrap();
+    newest.until_text("serverInfo");
+    let mut second = Viewer::with_token(&live);
+    second.until_text("serverInfo");
+    assert!(board.seen().mode.is_armed(), "the operator has stayed");
+    assert_eq!(Viewer::at(&live, "/").call(STOP), Ok(()));
+    assert_eq!(board.seen().mode, STOPPED);
+    assert_eq!(second.call(CLEAR), Ok(()));
+    board.until("cleared", |seen| seen.mode == Mode::Idle);
+    assert_eq!(operator.call(DISARM), Ok(()));
+}

@@ -134,10 +134,7 @@ impl PlantFile {
     ///
     /// See [`DocumentError`].
     pub fn read(path: &Path) -> Result<Self, DocumentError> {
-        let text = std::fs::read_to_string(path).map_err(|source| DocumentError::Read {
-            path: path.into(),
-            source,
-        })?;
+        let text = toml_file::read_file(path, toml_file::TEXT_MAX)?;
         if text
             .parse::<toml::Table>()
             .is_ok_and(|keys| keys.is_empty())

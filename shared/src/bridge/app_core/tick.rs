@@ -108,7 +108,8 @@ impl Core {
             Fallback::Brake => Event::Brake,
             Fallback::Release => Event::ZeroTorque,
         });
-        self.are_motors_checked |= output.are_motors_checked;
+        self.are_motors_checked |=
+            output.are_motors_checked && self.control_loop.is_motor_check_conclusive();
         let checked = output.are_motors_checked.then_some(Event::MotorsChecked);
         for event in [samples, fallback, checked].into_iter().flatten() {
             // Never refused.

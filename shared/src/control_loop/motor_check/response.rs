@@ -20,6 +20,10 @@ const UNIT_RAD: f32 = 0.01;
 /// standard error of 0.25.
 const CERTAIN: f32 = 0.25;
 
+/// Largest variance at which a response tells the direction, as it must when an attempt ends
+/// early: a standard error of 0.5. A fit to a tenth of an attempt is off by 10 and more.
+const DIRECTED: f32 = 1.0;
+
 /// Mean square that a fit leaves, in squares of [`UNIT_RAD`]: a count of noise and dry friction
 /// leave a third of it.
 const UNDISTURBED: f32 = 1.0;
@@ -77,19 +81,18 @@ impl Response {
     /// Measured motion in units of the model's; NaN if noise hides it or something else moves
     /// the joint.
     pub(super) fn ratio(&self) -> f32 {
-        let is_certain = self.fit().is_some_and(|fit| fit.variance < CERTAIN);
-        if is_certain {
-            self.direction()
-        } else {
-            f32::NAN
-        }
+        self.response_within(CERTAIN)
     }
 
-    /// The same, with more noise than one that must be about 1; NaN if something else moves
-    /// the joint.
+    /// The same, with more noise than one that must be about 1.
     pub(super) fn direction(&self) -> f32 {
-        let undisturbed = self.fit().filter(|fit| fit.residual < UNDISTURBED);
-        undisturbed.map_or(f32::NAN, |fit| fit.response)
+        self.response_within(DIRECTED)
+    }
+
+    fn response_within(&self, variance_max: f32) -> f32 {
+        let fit = self.fit();
+        let certain = fit.filter(|it| it.variance < variance_max && it.residual < UNDISTURBED);
+        certain.map_or(f32::NAN, |fit| fit.response)
     }
 
     /// Whether the torque was enough to tell more than the direction.

@@ -14,6 +14,37 @@ struct Truth {
     is_swapped: bool,
     coulomb_nm: f32,
     from_rad: [f32; 2],
+    push: Push,
+}
+
+/// A torque from outside, between two times.
+#[derive(Clone, Copy, Debug)]
+struct Push {
+    torque_nm: [f32; 2],
+    between_s: [f32; 2],
+}
+
+impl Push {
+    const NONE: Self = Self {
+        torque_nm: [0.0; 2],
+        between_s: [0.0; 2],
+    };
+
+    /// One of 0.05 to 0.8 N m on one joint, at a random time.
+    fn random(noise: &mut Noise) -> Self {
+        let mut draw = |from: f32, to: f32| from + (to - from) * noise.uniform();
+        let size_nm = draw(0.05, 0.8) * if draw(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
+        let is_first = draw(0.0, 1.0) < 0.5;
+        let from_s = draw(0.0, 0.3);
+        Self {
+            torque_nm: if is_first {
+                [size_nm, 0.0]
+            } else {
+                [0.0, size_nm]
+            },
+            between_s: [from_s, from_s + draw(0.02, 0.3)],
+        }
+    }
 }
 
 const RIGHT: Truth = Truth {
@@ -21,6 +52,7 @@ const RIGHT: Truth = Truth {
     is_swapped: false,
     coulomb_nm: 0.04,
     from_rad: [0.02, -0.02],
+    push: Push::NONE,
 };
 
 /// Gaussian noise of one count.
@@ -28,13 +60,14 @@ struct Noise(u32);
 
 impl Noise {
     fn next(&mut self) -> f32 {
-        let sum: f32 = (0..12)
-            .map(|_| {
-                self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                (self.0 >> 8) as f32 / (1 << 24) as f32
-            })
-            .sum();
+        let sum: f32 = (0..12).map(|_| self.uniform()).sum();
         sum - 6.0
+    }
+
+    /// From 0 to 1.
+    fn uniform(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (self.0 >> 8) as f32 / (1 << 24) as f32
     }
 }
 
@@ -56,7 +89,10 @@ fn check(truth: &Truth, period_us: u32, seed: u32) -> (Result<(), Fault>, f32) {
             pair
         }
     };
-    for _ in 0..10_000 {
+    for tick in 0..10_000 {
+        let at_s = tick as f32 * period_us as f32 * 1e-6;
+        let [from_s, to_s] = truth.push.between_s;
+        let is_pushed = (from_s..to_s).contains(&at_s);
         let true_rad = named(plant.q);
         let measured_rad = [0, 1]
             .map(|joint| Some((true_rad[joint] / COUNT_RAD + noise.next()).round() * COUNT_RAD));
@@ -81,6 +117,9 @@ fn check(truth: &Truth, period_us: u32, seed: u32) -> (Result<(), Fault>, f32) {
         for _ in 0..STEPS {
             let motor_nm = in_force_nm.component_mul(&Vector2::from(truth.gain));
             let mut torque_nm = named(motor_nm);
+            if is_pushed {
+                torque_nm += Vector2::from(truth.push.torque_nm);
+            }
             let posture = Posture::of(plant.q);
             let gravity_nm = posture.gravity(&arm);
             for joint in 0..2 {
@@ -181,4 +220,39 @@ fn a_joint_that_is_held_is_stuck() {
         ..RIGHT
     };
     assert_eq!(count(&truth, 1_000, Err(Fault::Stuck)), 100);
+}
+
+/// How many of 600 checks with a random push pass, and how many find a wrong motor.
+fn pushed(gain: [f32; 2]) -> [u32; 2] {
+    let mut noise = Noise(7);
+    let mut counts = [0; 2];
+    for seed in 1..=600 {
+        let push = Push::random(&mut noise);
+        let truth = Truth {
+            gain,
+            push,
+            ..RIGHT
+        };
+        let (result, moved_rad) = check(&truth, 1_000, seed);
+        assert!(moved_rad < 0.1, "{truth:?} {seed}: {moved_rad} rad");
+        counts[0] += u32::from(result.is_ok());
+        counts[1] += u32::from(result == Err(Fault::MotorDirection));
+    }
+    counts
+}
+
+#[test]
+fn a_push_is_rarely_taken_for_a_wrong_motor_and_never_hides_one() {
+    let [passed, wrong] = pushed([1.0; 2]);
+    assert!(
+        passed > 450 && wrong == 3,
+        "{passed} passed, {wrong} called wrong"
+    );
+    for gain in [[-1.0, 1.0], [1.0, -1.0]] {
+        let [passed, wrong] = pushed(gain);
+        assert!(
+            passed == 0 && wrong > 560,
+            "{passed} passed, {wrong} called wrong"
+        );
+    }
 }

@@ -29,6 +29,9 @@ use samples::Sample;
 /// Ending of a file with a motion.
 pub(super) const EXTENSION: &str = "csv";
 
+/// Longest text in bytes: an hour at 1 kHz in lines of 74 bytes.
+pub(super) const TEXT_MAX: u64 = 256 << 20;
+
 /// Time between points in s. The board keeps eight, and five are sent ahead: 250 ms for the
 /// link to be late.
 const SPACING_S: f64 = 0.05;

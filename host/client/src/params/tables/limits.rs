@@ -94,7 +94,8 @@ pub(super) const LIMITS: [Parameter; 23] = limits! {
         "Age of a stream's last point at which the arm is braked and held."
         Range::whole(1, hard::AGE_MS as u32);
     number one setpoint_age_ms "ms"
-        "Age at which a setpoint that is held ends, and the torque with it; 0: never."
+        "Age at which a setpoint that is held ends, and the torque with it, or a motion, and the \
+         arm is held; 0: never."
         Range::whole(0, u16::MAX as u32);
     number one client_silence_ms "ms"
         "Silence after which a client of the transparent port that may have set a motor moving \

@@ -225,7 +225,9 @@ fn row(out: &mut String, name: &str, text: &str) -> Result {
 /// A row whose lines after the first begin with `indent`.
 fn hanging(out: &mut String, name: &str, text: &str, indent: &str) -> Result {
     let mut name = name;
-    for line in text_table::wrap(text.split(' '), " ", TEXT, indent) {
+    // A line feed in a text of the file begins no line of its own.
+    let words = text.split([' ', '\n']);
+    for line in text_table::wrap(words, " ", TEXT, indent) {
         writeln!(out, "{name:<NAME$} {line}")?;
         name = "";
     }
