@@ -52,11 +52,12 @@ impl Trace {
             ""
         };
         self.line(&format!(
-            "seed {}: {}, {}, {}, {friction} friction{limits}{obstacles}",
+            "seed {}: {}, {}, {}, {friction} friction, noise of {:.2} counts{limits}{obstacles}",
             case.seed,
             case.activity.name(),
             case.bus,
-            case.set_up
+            case.set_up,
+            case.noise_counts
         ));
         for injection in &case.injections {
             let expected = expect::expected(injection.kind, case.servos());

@@ -29,6 +29,7 @@ fn case_of(kind: Kind, activity: Activity) -> Case {
         activity,
         friction: !activity.is_closed(),
         is_tight: false,
+        noise_counts: 1.0,
         is_obstructed: false,
         initial_rad: [0.1, -0.1],
         injections: injections.collect(),
