@@ -149,11 +149,11 @@ impl Trace {
             outcome.contact_rad_s,
             outcome.far_ms
         ));
-        // As in a campaign's report, where such a case does not count.
+        // Counted apart in a campaign's report.
         let verdict = if outcome.is_guarded {
             "FAILED"
         } else {
-            "open, boards do not detect this kind yet"
+            "FAILED, boards do not detect this kind yet"
         };
         for failure in &outcome.failures {
             self.line(&format!("{verdict}: {failure}"));
