@@ -191,6 +191,10 @@ pub(super) fn expected(kind: Kind, servos: Firmware) -> &'static Expected {
 
 /// Whether this fault is a right name for the kind in this case.
 pub(super) fn is_fault_expected(kind: Kind, fault: Fault, case: &Case) -> bool {
+    // The motor check finds nothing else about a motor that turns the wrong way.
+    if kind == Kind::TorqueSign && case.set_up.period_us <= CHECK_PERIOD_MAX_US {
+        return fault == MotorDirection;
+    }
     // While no sample arrives, an obstacle may keep the arm from where it is predicted.
     let is_held = case.is_obstructed && matches!(kind, Kind::LineLow | Kind::LineHigh);
     let is_listed = expected(kind, case.servos()).faults.contains(&fault);
