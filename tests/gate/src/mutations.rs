@@ -7,17 +7,15 @@
 
 mod table;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use crate::output::{Output, cargo, printed};
 use crate::paths;
-use table::{MUTATIONS, Mutation};
+use table::{Cases, MUTATIONS, Mutation};
 
-/// Seeds of the campaign, from 0 on.
-const SEEDS: u32 = 1_000;
 /// Cases by which a mutation is caught: one or two may be at a limit that any change of the code
 /// crosses.
 const CAUGHT_MIN: usize = 3;
@@ -32,12 +30,23 @@ type Failed = BTreeSet<u64>;
 /// Tries all mutations. The error names those that no case notices.
 pub(crate) fn run(out: &Output) -> Result<(), String> {
     let copy = Copy::new()?;
-    let sound = copy.failed(out)?;
-    out.line(&format!("{SEEDS} seeds, {} fail unmutated", sound.len()));
+    copy.build(out)?;
+    let mut sound: BTreeMap<Cases, Failed> = BTreeMap::new();
+    for Mutation { cases, .. } in MUTATIONS {
+        if !sound.contains_key(cases) {
+            let failed = copy.campaign(cases)?;
+            out.line(&format!(
+                "unmutated, {}: {} fail",
+                cases.join(" "),
+                failed.len()
+            ));
+            sound.insert(cases, failed);
+        }
+    }
     let mut rows = Vec::new();
     for mutation in MUTATIONS {
         let failed = copy.failed_with(mutation, out)?;
-        let caught = failed.difference(&sound).count();
+        let caught = failed.difference(&sound[mutation.cases]).count();
         rows.push((mutation.name, caught));
         out.line(&format!("{:<40}{caught:>6}", mutation.name));
     }
@@ -93,13 +102,13 @@ impl Copy {
         let sound = mutation.read(&self.tree)?;
         let write = |text: &str| fs::write(&path, text).map_err(|e| format!("{e}"));
         write(&mutation.apply(&sound)?)?;
-        let failed = self.failed(out);
+        let failed = self.build(out).and_then(|()| self.campaign(mutation.cases));
         write(&sound)?;
         failed.map_err(|why| format!("mutation `{}`: {why}", mutation.name))
     }
 
-    /// Builds the program, runs its campaign, and returns the seeds that fail.
-    fn failed(&self, out: &Output) -> Result<Failed, String> {
+    /// Builds the program.
+    fn build(&self, out: &Output) -> Result<(), String> {
         let mut build = cargo("build --package armbridge --bin armbridge --manifest-path");
         build
             .arg(self.tree.join("Cargo.toml"))
@@ -114,9 +123,14 @@ impl Copy {
                 &format!("profile.dev.package.{package}.opt-level=0"),
             ]);
         }
-        out.run(&mut build)?;
+        out.run(&mut build)
+    }
+
+    /// Runs these cases, and returns the seeds of those that fail.
+    fn campaign(&self, cases: Cases) -> Result<Failed, String> {
         let campaign = Command::new(self.target.join("debug/armbridge"))
-            .args(["fault-campaign", "--json", "--seeds", &SEEDS.to_string()])
+            .args(["fault-campaign", "--json"])
+            .args(cases)
             .stdin(Stdio::null())
             // Each panic of a mutated board would fill the log; its case has failed.
             .stderr(Stdio::null())
