@@ -20,8 +20,10 @@ pub(super) type Cases = &'static [&'static str];
 /// Cases of all kinds.
 const ALL: Cases = &["--seeds", "1000"];
 /// Cases of the few kinds in which a guard acts, as many as are needed.
-const HEARTBEATS: Cases = &["--seeds", "60000", "--kinds", "host-heartbeats"];
-const SECOND_MASTER: Cases = &["--seeds", "60000", "--kinds", "second-master"];
+const HEARTBEATS: Cases = &["--seeds", "40000", "--kinds", "host-heartbeats"];
+const HOT: Cases = &["--seeds", "60000", "--kinds", "hot"];
+const SECOND_MASTER: Cases = &["--seeds", "150000", "--kinds", "second-master"];
+const TORQUE_SIGN: Cases = &["--seeds", "20000", "--kinds", "torque-sign"];
 const CUT_PACKETS: Cases = &[
     "--seeds",
     "40000",
@@ -98,7 +100,7 @@ pub(super) const MUTATIONS: &[Mutation] = &[
         file: "shared/src/control_loop/motor_check.rs",
         find: "if ratio < -MOVED {",
         replacement: "if ratio < f32::NEG_INFINITY {",
-        cases: ALL,
+        cases: TORQUE_SIGN,
     },
     Mutation {
         name: "motor check dropped",
@@ -154,6 +156,6 @@ pub(super) const MUTATIONS: &[Mutation] = &[
         file: "shared/src/bridge/bus_events.rs",
         find: "if let (Some(violation), true) = (violation, self.core.state().is_armed()) {",
         replacement: "if let (Some(violation), true) = (violation, false) {",
-        cases: ALL,
+        cases: HOT,
     },
 ];
