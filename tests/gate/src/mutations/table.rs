@@ -24,6 +24,12 @@ const HEARTBEATS: Cases = &["--seeds", "40000", "--kinds", "host-heartbeats"];
 const HOT: Cases = &["--seeds", "60000", "--kinds", "hot"];
 const SECOND_MASTER: Cases = &["--seeds", "150000", "--kinds", "second-master"];
 const TORQUE_SIGN: Cases = &["--seeds", "20000", "--kinds", "torque-sign"];
+const WRONG_SAMPLES: Cases = &[
+    "--seeds",
+    "20000",
+    "--kinds",
+    "flipped-to-master,encoder-step",
+];
 const CUT_PACKETS: Cases = &[
     "--seeds",
     "40000",
@@ -149,7 +155,7 @@ pub(super) const MUTATIONS: &[Mutation] = &[
         file: MONITORS,
         find: "*measured = measured.filter(|rad| !is_far(rad));",
         replacement: "let _ = (is_far, measured);",
-        cases: ALL,
+        cases: WRONG_SAMPLES,
     },
     Mutation {
         name: "temperature ignored",
