@@ -10,13 +10,14 @@ use armbridge_sim::fault_campaign::{self, Case, Kind, Outcome, Report, run_with_
 /// Runs the cases of these seeds.
 ///
 /// # Panics
-/// If one of them violates a requirement.
+/// If one of them, of a kind that boards detect, violates a requirement.
 pub fn campaign(seeds: impl IntoIterator<Item = u64>) -> (Vec<Outcome>, Report) {
     let seeds: Vec<u64> = seeds.into_iter().collect();
     let run = |seed| Ok::<_, Infallible>(fault_campaign::run(seed));
     let outcomes = for_seeds(&seeds, run, |_| ()).unwrap();
     let report = Report::new(&outcomes);
-    assert!(report.holds(), "{}", fault_campaign::table(&report));
+    let holds = report.holds_for_detected_kinds();
+    assert!(holds, "{}", fault_campaign::table(&report));
     (outcomes, report)
 }
 

@@ -4,6 +4,7 @@
 use std::collections::VecDeque;
 
 use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
+use armbridge_shared::bridge::supply::SupplyPermission;
 use armbridge_shared::bridge::{
     Bridge, BridgeEnd, LinkEnd, LinkPort, MemoryRegion, Progress, can_run,
 };
@@ -97,6 +98,7 @@ pub struct VirtualBoard<'a> {
     link: LinkPort<'a>,
     client: PortEnd<'a>,
     from_client: VecDeque<u8>,
+    supply: SupplyPermission,
     /// Sum of all jumps of the board's clock.
     skew_us: i64,
 }
@@ -150,6 +152,7 @@ impl<'a> VirtualBoard<'a> {
             link: LinkPort::new(link, report, settings),
             client,
             from_client: VecDeque::new(),
+            supply: SupplyPermission::Off,
             skew_us: 0,
             uart,
             store,
@@ -181,6 +184,12 @@ impl<'a> VirtualBoard<'a> {
     pub fn mode(&self) -> Mode {
         self.bridge.mode()
     }
+
+    /// Output for the servos' supply after the last run. Nothing is connected to it: a bench
+    /// without a relay is the harder one.
+    pub fn supply(&self) -> SupplyPermission {
+        self.supply
+    }
 }
 
 impl Board for VirtualBoard<'_> {
@@ -205,7 +214,15 @@ impl Board for VirtualBoard<'_> {
         }
         let clock_us = self.clock_us(now_us);
         let mut polls = 0;
-        while let Ok(progress) = self.bridge.poll(clock_us) {
+        loop {
+            let progress = self.bridge.poll(clock_us);
+            self.supply = match self.bridge.supply() {
+                SupplyPermission::On if !input.is_stop_pressed => SupplyPermission::On,
+                _ => SupplyPermission::Off,
+            };
+            let Ok(progress) = progress else {
+                break;
+            };
             polls += 1;
             assert!(polls < POLLS_MAX, "the bridge does not come to rest");
             if progress == Progress::Sampled {

@@ -15,6 +15,7 @@ mod fuzz;
 mod host;
 mod lanes;
 mod miri;
+mod mutations;
 mod no_panic;
 mod output;
 mod packages;

@@ -1,7 +1,7 @@
 //! Steps of the gate and of the campaign, in order of their cost within each lane.
 
 use crate::output::Output;
-use crate::{fuzz, host, miri, no_panic, setup};
+use crate::{fuzz, host, miri, mutations, no_panic, setup};
 
 /// A step that must pass.
 #[derive(Clone, Copy)]
@@ -23,7 +23,7 @@ pub(crate) struct Step {
 pub(crate) enum Lane {
     /// Uses cargo's folder of the host's code.
     Host,
-    /// Uses the folders of images, fuzz targets and Miri.
+    /// Uses the folders of images, fuzz targets, Miri and mutations.
     Board,
 }
 
@@ -239,6 +239,12 @@ pub(crate) const CAMPAIGN: &[Step] = &[
         "miri-long",
         "the seeds of the fuzz targets do with memory only what they may",
         Work::Do(miri::seeds),
+    ),
+    step(
+        Lane::Board,
+        "mutations",
+        "the fault campaign notices each guard that is taken out of the board's code",
+        Work::Do(mutations::run),
     ),
 ];
 

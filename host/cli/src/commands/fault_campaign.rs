@@ -28,7 +28,8 @@ Examples:
 An even seed is one fault, an odd one a pair. A motor counts as on while it is
 driven in a mode that must not drive it and its servo can be reached. Contact is
 the speed at which the arm meets the table, far the time for which it is driven
-0.5 rad from its reference.";
+0.5 rad from its reference. The exit code is 1 if a case failed, whether boards
+detect its kind or not.";
 
 /// Faults of every kind.
 #[derive(Args, Debug)]

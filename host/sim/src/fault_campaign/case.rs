@@ -70,6 +70,8 @@ pub struct Case {
     pub to_rad: [f32; JOINTS],
     /// Injected faults.
     pub injections: Vec<Injection>,
+    /// Standard deviation of the encoders' noise, in counts.
+    pub noise_counts: f64,
 }
 
 impl Case {
@@ -136,6 +138,8 @@ impl Case {
             initial_rad,
             to_rad,
             injections,
+            // The last draw: another distribution of it changes nothing else of a case.
+            noise_counts: draw_noise_counts(&mut draw),
         }
     }
 
@@ -195,6 +199,7 @@ impl Case {
         let plant = PlantConfig {
             friction_on: self.friction,
             initial: State::at_rest(Vector2::from(self.initial_rad)),
+            noise_lsb_rms: self.noise_counts,
             ..PlantConfig::default()
         };
         let mut joints = plant.joints;
@@ -268,6 +273,16 @@ impl Case {
         };
         let needs_us = self.injections.iter().map(needs);
         needs_us.fold(OBSERVATION_US, u64::max)
+    }
+}
+
+/// Noise of the encoders in counts: mostly that of a servo in use, sometimes more, and none,
+/// with which an encoder repeats one count as a broken one does.
+fn draw_noise_counts(draw: &mut Random) -> f64 {
+    match draw.below(8) {
+        0 => 0.0,
+        1 => draw.uniform(1.5, 3.0),
+        _ => draw.uniform(0.3, 1.5),
     }
 }
 

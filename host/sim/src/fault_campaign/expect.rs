@@ -39,6 +39,10 @@ const UNGUARDED: [Kind; 7] = [
 /// run of equal samples takes 0.4 s there, and 1.6 s at 45 ms.
 const FROZEN_PERIOD_US: u32 = 10_000;
 
+/// Least noise in counts with which an encoder is known to have stopped: equal samples of a
+/// quieter one are credible.
+const FROZEN_NOISE_COUNTS: f64 = 0.3;
+
 /// A row of the table.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Expected {
@@ -187,6 +191,10 @@ pub(super) fn expected(kind: Kind, servos: Firmware) -> &'static Expected {
 
 /// Whether this fault is a right name for the kind in this case.
 pub(super) fn is_fault_expected(kind: Kind, fault: Fault, case: &Case) -> bool {
+    // The motor check finds nothing else about a motor that turns the wrong way.
+    if kind == Kind::TorqueSign && case.set_up.period_us <= CHECK_PERIOD_MAX_US {
+        return fault == MotorDirection;
+    }
     // While no sample arrives, an obstacle may keep the arm from where it is predicted.
     let is_held = case.is_obstructed && matches!(kind, Kind::LineLow | Kind::LineHigh);
     let is_listed = expected(kind, case.servos()).faults.contains(&fault);
@@ -194,12 +202,16 @@ pub(super) fn is_fault_expected(kind: Kind, fault: Fault, case: &Case) -> bool {
 }
 
 /// Whether boards detect this injection. An encoder that has stopped before arming repeats its
-/// count as one without noise does, until the joint should move. At long periods motors are not
+/// count as one without noise does, until the joint should move; so does a quiet one. At long
+/// periods motors are not
 /// checked.
 pub(super) fn is_guarded(injection: &Injection, case: &Case) -> bool {
     let period_us = case.set_up.period_us;
     match injection.kind {
-        Kind::Frozen => injection.origin == Origin::Ready && period_us <= FROZEN_PERIOD_US,
+        Kind::Frozen => {
+            let is_noisy = case.noise_counts >= FROZEN_NOISE_COUNTS;
+            injection.origin == Origin::Ready && period_us <= FROZEN_PERIOD_US && is_noisy
+        }
         Kind::SwappedFirst | Kind::TorqueSign => period_us <= CHECK_PERIOD_MAX_US,
         kind => !UNGUARDED.contains(&kind),
     }

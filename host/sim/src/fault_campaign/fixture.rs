@@ -154,7 +154,13 @@ impl<'a> Fixture<'a> {
 
     /// Whether the motor of a servo is on.
     pub(super) fn is_on(&self, servo: usize) -> bool {
-        self.cosim.bench.last_on_ns(servo).1.is_none()
+        self.on_since_us(servo).is_some()
+    }
+
+    /// Time in µs since when the motor of a servo is on, if it is.
+    pub(super) fn on_since_us(&self, servo: usize) -> Option<u64> {
+        let (on_ns, off_ns) = self.cosim.bench.last_on_ns(servo);
+        off_ns.is_none().then_some(on_ns / 1_000)
     }
 
     /// Whether a motor may be on: the board drives it, or a client that has the bus and is

@@ -16,15 +16,17 @@
 //!   bus is permitted to drive until it is silent. While a line keeps damaging bytes, or has
 //!   a second master, a packet may switch a motor on again, until the next tick switches
 //!   it off;
-//! * the true arm is not driven against the table or a stop, nor thrown against it, nor
-//!   driven far from its reference (`truth`);
+//! * the true arm is not driven or pressed against the table or a stop, nor thrown against it, nor
+//!   driven far from its reference or, by the motor check, from where it was (`truth`);
+//! * no motor is on that the board reports as off (`off_report`), and its output for a relay
+//!   cuts the servos' supply whenever it must, and only then (`supply`);
 //! * a goodbye or a hello ends the session that armed;
 //! * the fault is the expected one: `expect` has the table, and [`EXPECTED_SHARE_MIN`] of all
-//!   singles must match it;
+//!   singles must match it. No fault is right only where the true arm has come to no harm;
 //! * when all faults are removed and the fault is cleared, the board is idle again.
 //!
 //! Kinds that boards do not detect yet, or not in every set-up, are in `expect::is_guarded`; what
-//! they violate is reported apart, and does not fail a campaign.
+//! they violate fails a campaign as well, but is counted apart.
 //!
 //! | module     | contents                                          |
 //! |------------|---------------------------------------------------|
@@ -39,6 +41,7 @@
 //! | `reach`    | times in which servos cannot be reached           |
 //! | `watch`    | monitors the bytes that the board sends           |
 //! | `oracle`, `truth` | run a case, check the requirements, and those on the true arm |
+//! | `off_report`, `supply` | judges of what the board reports, and of its output for a relay |
 //! | `trace`    | the case as text                                  |
 //! | [`Report`] | a campaign in numbers                             |
 
@@ -53,6 +56,7 @@ mod inject;
 mod injection;
 mod invalid_commands;
 mod kind;
+mod off_report;
 mod oracle;
 mod outcome;
 mod reach;
@@ -62,6 +66,7 @@ mod run;
 mod second_master;
 mod set_up;
 mod stream_path;
+mod supply;
 mod table;
 mod trace;
 mod truth;

@@ -18,8 +18,10 @@ use super::expect;
 use super::fixture::Fixture;
 use super::injection::{Injection, Origin};
 use super::kind::Kind;
+use super::off_report::OffReportJudge;
 use super::outcome::Outcome;
 use super::requirement::{FaultExpectation, fault_expectation};
+use super::supply::SupplyJudge;
 use super::trace::Trace;
 use super::truth::Truth;
 
@@ -48,6 +50,8 @@ pub(super) struct CaseRunner<'a, 'b> {
     trace: &'b mut Trace,
     outcome: Outcome,
     truth: Truth,
+    off_report: OffReportJudge,
+    supply: SupplyJudge,
     mode: Mode,
     /// Since when no motor may be on, in µs.
     undriven_us: Option<u64>,
@@ -66,6 +70,8 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
             case,
             mode: fixture.mode(),
             truth: Truth::new(case, &fixture),
+            off_report: OffReportJudge::new(case),
+            supply: SupplyJudge::new(case),
             fixture,
             trace,
             outcome: Outcome::new(case),
@@ -249,6 +255,11 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
             }
         }
         self.truth.observe(&mut self.fixture, &mut self.outcome);
+        self.off_report
+            .observe(&mut self.fixture, &mut self.outcome);
+        let unconfirmed_us = self.off_report.unconfirmed_since_us();
+        self.supply
+            .observe(&self.fixture, unconfirmed_us, &mut self.outcome);
     }
 
     /// Mode and trip as text.
@@ -303,7 +314,9 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
             (None, _) => {
                 let is_required =
                     |(_, it): &(Kind, FaultExpectation)| *it == FaultExpectation::Required;
-                outcome.is_fault_expected = !expectations.iter().any(is_required);
+                // "Nothing" is a name for an arm that has come to no harm.
+                outcome.is_fault_expected =
+                    !expectations.iter().any(is_required) && !outcome.is_harmed;
             }
         }
     }

@@ -35,6 +35,8 @@ pub struct Outcome {
     pub contact_rad_s: f64,
     /// Longest time for which the arm was driven far from its reference, in ms.
     pub far_ms: f64,
+    /// Whether the arm was driven against the table or a stop, or far from where it should be.
+    pub is_harmed: bool,
     /// Whether the board was idle after the fault was cleared; `None` if it was not cleared.
     pub is_cleared: Option<bool>,
     /// Violated requirements.
@@ -58,6 +60,7 @@ impl Outcome {
             stop_ms: 0.0,
             contact_rad_s: 0.0,
             far_ms: 0.0,
+            is_harmed: false,
             is_cleared: None,
             failures: Vec::new(),
             is_guarded: case.injections.iter().all(|it| is_guarded(it, case)),

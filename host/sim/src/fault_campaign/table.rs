@@ -19,6 +19,13 @@ pub fn table(report: &Report) -> String {
 }
 
 fn write_table(out: &mut String, report: &Report) -> Result {
+    writeln!(
+        out,
+        "{} cases: {} failed, and {} failed that have a kind that boards do not detect yet\n",
+        report.all_singles.cases + report.all_pairs.cases,
+        report.failures.len(),
+        report.unguarded_failed
+    )?;
     let kinds = report.singles.iter().chain([
         &report.guarded_singles,
         &report.all_singles,

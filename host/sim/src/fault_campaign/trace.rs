@@ -52,11 +52,12 @@ impl Trace {
             ""
         };
         self.line(&format!(
-            "seed {}: {}, {}, {}, {friction} friction{limits}{obstacles}",
+            "seed {}: {}, {}, {}, {friction} friction, noise of {:.2} counts{limits}{obstacles}",
             case.seed,
             case.activity.name(),
             case.bus,
-            case.set_up
+            case.set_up,
+            case.noise_counts
         ));
         for injection in &case.injections {
             let expected = expect::expected(injection.kind, case.servos());
@@ -148,11 +149,11 @@ impl Trace {
             outcome.contact_rad_s,
             outcome.far_ms
         ));
-        // As in a campaign's report, where such a case does not count.
+        // Counted apart in a campaign's report.
         let verdict = if outcome.is_guarded {
             "FAILED"
         } else {
-            "open, boards do not detect this kind yet"
+            "FAILED, boards do not detect this kind yet"
         };
         for failure in &outcome.failures {
             self.line(&format!("{verdict}: {failure}"));

@@ -1,9 +1,12 @@
-//! Judge of the true arm: contact with the table and the stops, and its distance from the
-//! reference.
+//! Judge of the true arm: contact with the table and the stops, and its distance from where it
+//! should be.
 //!
 //! # Contact
 //!
-//! No joint may reach a stop of its own while its motor is on. With torque off an arm falls;
+//! No joint may reach a stop of its own while its motor is on, nor may its motor press it against
+//! one with more than [`PRESS_NM`] for more than [`PRESS_US`]. This holds whatever drives: a
+//! torque or an experiment has no reference to be far from, and may take the arm anywhere but
+//! through the table. With torque off an arm falls;
 //! how fast it may then meet the table follows from its energy: it can have no more than at
 //! rest in the worst admissible posture, which is upright, for gravity alone drives it down
 //! from there. So an arm that meets a stop with more energy than that was thrown. The bound
@@ -13,17 +16,19 @@
 //! # Distance
 //!
 //! While a reference drives the motors, no joint may be further than [`FAR_RAD`] from it for
-//! more than [`FAR_US`].
+//! more than [`FAR_US`]. During the motor check, which nobody has commanded, no joint may
+//! move by more than [`CHECK_RAD`]: an arm that is checked needs no more room.
 //!
 //! # Exempt
 //!
-//! Pushes, which overpower the motors; clients of the transparent port, a second master and
+//! Pushes, which overpower the motors, so that contact and distance are only harm that must have a
+//! name ([`Outcome::is_harmed`]); clients of the transparent port, a second master and
 //! obstacles, for which contact is what was asked for; and the time in which a servo cannot
 //! be reached, with what follows from it within [`AFTERMATH_US`]: a servo keeps its last
 //! command.
 
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Drive, Record};
+use armbridge_shared::link::message::{Drive, Mode, Record};
 
 use super::activity::Activity;
 use super::case::Case;
@@ -35,6 +40,12 @@ use super::outcome::Outcome;
 const FAR_RAD: f64 = 0.5;
 /// Longest time for which it may be, in µs.
 const FAR_US: u64 = 50_000;
+/// Torque in N m beyond dry friction, and the time in µs for which a motor may have it against a
+/// stop: a command that was right before an impact is replaced by then.
+const PRESS_NM: f64 = 0.06;
+const PRESS_US: u64 = 50_000;
+/// Distance in rad for which an arm whose motors are checked needs room.
+const CHECK_RAD: f64 = 0.15;
 /// Time in µs after which nothing follows any more from a servo that could not be reached.
 const AFTERMATH_US: u64 = 2_000_000;
 /// Share by which an energy may exceed its bound: the integration's error.
@@ -53,9 +64,15 @@ pub(super) struct Truth {
     record: Option<Record>,
     /// Since when the arm is far from its reference.
     far_since_us: Option<u64>,
-    /// Contact is judged, and so is the distance.
-    judges_contact: bool,
-    judges_distance: bool,
+    /// Least and largest angle of each joint in rad, and since when it is pressed there, in µs.
+    stops_rad: [[f64; 2]; JOINTS],
+    pressed_since_us: [Option<u64>; JOINTS],
+    /// Angles in rad at which the motor check began.
+    check_rad: Option<[f64; JOINTS]>,
+    /// Contact was asked for.
+    is_contact_meant: bool,
+    /// The arm is pushed.
+    is_pushed: bool,
 }
 
 impl Truth {
@@ -68,8 +85,11 @@ impl Truth {
             checked_us: 0,
             record: None,
             far_since_us: None,
-            judges_contact: !case.has(Kind::Push) && !case.is_obstructed && !is_handed_over,
-            judges_distance: !case.has(Kind::Push),
+            stops_rad: case.plant().stops_rad,
+            pressed_since_us: [None; JOINTS],
+            check_rad: None,
+            is_contact_meant: case.is_obstructed || is_handed_over,
+            is_pushed: case.has(Kind::Push),
         }
     }
 
@@ -83,31 +103,94 @@ impl Truth {
             return;
         }
         self.checked_us = now_us;
-        let q = fixture.state().q;
+        let q = fixture.state().q.into();
         self.check_contact(fixture, outcome, now_us);
-        self.check_distance(fixture, outcome, now_us, [q.x, q.y]);
+        self.check_pressure(fixture, outcome, now_us, q);
+        self.check_distance(fixture, outcome, now_us, q);
+        self.check_motor_check(fixture, outcome, q);
+    }
+
+    /// Notes harm to the arm, which violates a requirement unless a push did it.
+    fn harm(&self, outcome: &mut Outcome, why: String) {
+        outcome.is_harmed = true;
+        if !self.is_pushed {
+            outcome.fail(why);
+        }
+    }
+
+    /// Whether contact now says nothing about the board.
+    fn is_contact_excused(&self, fixture: &Fixture<'_>, now_us: u64) -> bool {
+        self.is_contact_meant || fixture.reach.is_cut_off(now_us, AFTERMATH_US)
     }
 
     fn check_contact(&self, fixture: &mut Fixture<'_>, outcome: &mut Outcome, now_us: u64) {
         let Some(impact) = fixture.take_impact() else {
             return;
         };
-        let is_excused = !self.judges_contact || fixture.reach.is_cut_off(now_us, AFTERMATH_US);
-        if is_excused || impact.speed_rad_s < TOUCH_RAD_S {
+        if self.is_contact_excused(fixture, now_us) || impact.speed_rad_s < TOUCH_RAD_S {
             return;
         }
-        outcome.contact_rad_s = outcome.contact_rad_s.max(impact.speed_rad_s);
+        if !self.is_pushed {
+            outcome.contact_rad_s = outcome.contact_rad_s.max(impact.speed_rad_s);
+        }
         if fixture.is_on(impact.joint) {
-            outcome.fail(format!(
+            let why = format!(
                 "joint {} was driven against its stop, at {:.1} rad/s",
                 impact.joint, impact.speed_rad_s
-            ));
-        } else if impact.energy_j > self.most_j * ENERGY_TOLERANCE {
+            );
+            self.harm(outcome, why);
+        } else if !self.is_pushed && impact.energy_j > self.most_j * ENERGY_TOLERANCE {
             outcome.fail(format!(
                 "the arm was thrown: joint {} met its stop at {:.1} rad/s with {:.3} J, {:.3} J \
                  from rest",
                 impact.joint, impact.speed_rad_s, impact.energy_j, self.most_j
             ));
+        }
+    }
+
+    fn check_pressure(
+        &mut self,
+        fixture: &Fixture<'_>,
+        outcome: &mut Outcome,
+        now_us: u64,
+        q: [f64; JOINTS],
+    ) {
+        let torque_nm = fixture.cosim.bench.plant().torque();
+        let is_excused = self.is_contact_excused(fixture, now_us);
+        for joint in 0..JOINTS {
+            let [lowest, highest] = self.stops_rad[joint];
+            let is_pressed = (q[joint] <= lowest && torque_nm[joint] < -PRESS_NM)
+                || (q[joint] >= highest && torque_nm[joint] > PRESS_NM);
+            if !is_pressed || is_excused {
+                self.pressed_since_us[joint] = None;
+                continue;
+            }
+            let since_us = *self.pressed_since_us[joint].get_or_insert(now_us);
+            if now_us - since_us > PRESS_US {
+                self.harm(
+                    outcome,
+                    format!("joint {joint} was pressed against its stop"),
+                );
+            }
+        }
+    }
+
+    fn check_motor_check(
+        &mut self,
+        fixture: &Fixture<'_>,
+        outcome: &mut Outcome,
+        q: [f64; JOINTS],
+    ) {
+        if fixture.mode() != Mode::MotorCheck || fixture.is_down() {
+            self.check_rad = None;
+            return;
+        }
+        let start_rad = *self.check_rad.get_or_insert(q);
+        if (0..JOINTS).any(|joint| (q[joint] - start_rad[joint]).abs() > CHECK_RAD) {
+            self.harm(
+                outcome,
+                format!("the motor check moved the arm by {CHECK_RAD} rad"),
+            );
         }
     }
 
@@ -122,7 +205,7 @@ impl Truth {
         let is_driven =
             fixture.mode().drive().is_some_and(is_referred) && !fixture.cosim.board.is_down();
         let far_rad = match self.record {
-            Some(record) if is_driven && self.judges_distance => {
+            Some(record) if is_driven => {
                 let far_rad =
                     |joint: usize| (q[joint] - f64::from(record.reference_rad[joint])).abs();
                 (0..JOINTS).map(far_rad).fold(0.0, f64::max)
@@ -134,11 +217,12 @@ impl Truth {
             return;
         }
         let since_us = *self.far_since_us.get_or_insert(now_us);
-        outcome.far_ms = outcome.far_ms.max((now_us - since_us) as f64 * 1e-3);
+        if !self.is_pushed {
+            outcome.far_ms = outcome.far_ms.max((now_us - since_us) as f64 * 1e-3);
+        }
         if now_us - since_us > FAR_US {
-            outcome.fail(format!(
-                "the arm was driven {FAR_RAD} rad from its reference"
-            ));
+            let why = format!("the arm was driven {FAR_RAD} rad from its reference");
+            self.harm(outcome, why);
         }
     }
 }

@@ -8,7 +8,7 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::link::board::HELLO_BITS;
 use armbridge_shared::link::frame::Decoder;
-use armbridge_shared::link::message::{BoardReport, End, LastEnd, Mode, Record, ToHost};
+use armbridge_shared::link::message::{BoardReport, End, LastEnd, Mode, OffReport, Record, ToHost};
 
 use super::fixture::Ends;
 use crate::board::{Board, Input, Output, VirtualBoard, Wake};
@@ -57,7 +57,9 @@ pub(super) struct MonitoredBoard<'a> {
     decoder: Option<(LinkDecoder, &'a mut dyn FnMut(Event))>,
     /// The latest record, whether the host receives it or not.
     record: Option<Record>,
-    records: Decoder,
+    /// The latest report on motors that must be off.
+    pub(super) off_report: Option<OffReport>,
+    messages: Decoder,
     /// Channels of the board after a restart, and its time in µs while it restarts.
     spare: Option<Ends<'a>>,
     restart_us: Option<u64>,
@@ -72,7 +74,8 @@ impl<'a> MonitoredBoard<'a> {
             beyond: None,
             decoder: None,
             record: None,
-            records: Decoder::default(),
+            off_report: None,
+            messages: Decoder::default(),
             spare: Some(spare),
             restart_us: None,
         }
@@ -158,10 +161,12 @@ impl Board for MonitoredBoard<'_> {
             decoder.take(Direction::ToHost, now_us * 1_000, &output.link, on_event);
         }
         for byte in &output.link {
-            if let Some(Ok(received)) = self.records.push::<ToHost>(*byte)
-                && let ToHost::Record(record) = received.message
-            {
-                self.record = Some(record);
+            if let Some(Ok(received)) = self.messages.push::<ToHost>(*byte) {
+                match received.message {
+                    ToHost::Record(record) => self.record = Some(record),
+                    ToHost::Off(report) => self.off_report = Some(report),
+                    _ => {}
+                }
             }
         }
         let max_deviation = if was_driven || self.is_driven() {

@@ -7,7 +7,7 @@ use super::super::set_up::{Bus, SetUp};
 use super::*;
 use crate::plant::MotorFault;
 use armbridge_shared::bridge::Channels;
-use armbridge_shared::link::message::StopSource;
+use armbridge_shared::link::message::{OffReport, OffState, StopSource};
 use armbridge_shared::servo::Firmware;
 
 /// The first single of this kind, with this work, on Morpheus servos at 1 kHz.
@@ -29,6 +29,7 @@ fn case_of(kind: Kind, activity: Activity) -> Case {
         activity,
         friction: !activity.is_closed(),
         is_tight: false,
+        noise_counts: 1.0,
         is_obstructed: false,
         initial_rad: [0.1, -0.1],
         injections: injections.collect(),
@@ -137,6 +138,29 @@ fn an_arm_that_is_thrown_is_seen_and_one_that_falls_is_not() {
         });
     });
     assert!(has(&thrown, "was thrown"), "{thrown:?}");
+}
+
+/// A deaf servo keeps its motor on; the board cannot know it, and must not say otherwise.
+#[test]
+fn a_motor_that_is_on_and_reported_as_off_is_seen() {
+    let stop = case_of(Kind::StopHost, Activity::Regulate);
+    let reported = |state| {
+        let (mut channels, mut spare) = (Channels::new(), Channels::new());
+        let fixture = Fixture::new(&stop, [channels.split(), spare.split()]).unwrap();
+        let mut trace = Trace::off();
+        let mut runner = CaseRunner::new(&stop, fixture, &mut trace);
+        assert!(runner.bring_up());
+        runner.run_until(runner.fixture.now_us() + 100_000, |_| false);
+        runner.fixture.cosim.bench.deafen(0, true);
+        runner.observe_injections();
+        runner.fixture.cosim.board.off_report = Some(OffReport {
+            stops: 1,
+            joints: [state; JOINTS],
+        });
+        runner.run_until(runner.fixture.now_us() + 100_000, |_| false);
+        has(&runner.outcome, "motor 0 was on and reported as off")
+    };
+    assert!(reported(OffState::Off) && !reported(OffState::OutOfReach));
 }
 
 #[test]
