@@ -222,10 +222,12 @@ impl ControlLoop {
             }
         }
         let mut guards = Guards::NONE;
+        let noise_rad2 = self.monitors.noise_rad2(&config.control.joints);
         let check = self.check_motors(&mut status, || CheckInput {
             arm: &config.control.arm,
             acceleration_rad_s2: config.limits().check_rad_s2.into(),
             period_us: config.period_us().get(),
+            noise_rad2,
             measured_rad: measured,
             angle_rad: state.q,
             in_force_nm: torque_nm,

@@ -86,6 +86,8 @@ pub(super) struct CheckInput<'a> {
     /// Acceleration by the model, in rad/s².
     pub(super) acceleration_rad_s2: f32,
     pub(super) period_us: u32,
+    /// Variance of each encoder's noise, in rad².
+    pub(super) noise_rad2: [f32; JOINTS],
     /// Samples, in rad.
     pub(super) measured_rad: [Option<f32>; JOINTS],
     /// Estimated angles, in rad.
@@ -148,7 +150,7 @@ impl MotorCheck {
         for (i, response) in self.responses.iter_mut().enumerate() {
             response.advance(self.acted_nm[i], mass[i], viscous[i], period_s);
             if let Some(measured) = input.measured_rad[i] {
-                response.take(measured, share);
+                response.take(measured, share, input.noise_rad2[i]);
             }
             let moved_rad = (input.angle_rad[i] - start_rad[i]).abs();
             if moved_rad > ABORT_RAD {

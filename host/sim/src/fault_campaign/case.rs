@@ -34,6 +34,8 @@ const OBSERVED_TICKS: u64 = 600;
 /// Bytes of a stop sequence, and of the rest of a packet that a servo waits for.
 const STOP_BYTES: u64 = 270;
 const REST_BYTES: u64 = 254;
+/// Slowest speed that boards search servos at.
+const SLOWEST_BAUD: u32 = 57_600;
 /// Time in µs, and ticks beside it, until each servo's temperature has been read: there may be
 /// no slot for it for a second.
 const POLL_US: u64 = 1_500_000;
@@ -239,11 +241,18 @@ impl Case {
     /// Longest time in µs from a fault to motors off, where the bus carries packets: 20 ms.
     ///
     /// On a slow bus it may take longer: two ticks, and twice a stop sequence and the rest of
-    /// the longest packet that a servo may have been cut off in.
+    /// the longest packet that a servo may have been cut off in. Where a client may have set servos
+    /// to any speed, the board tries all of them, and a stop sequence at the slowest may be under
+    /// way when the bus comes back.
     pub fn stop_us(&self) -> u64 {
-        let byte_ns = 10 * 1_000_000_000 / u64::from(self.bus.baud);
-        let bytes_us = 2 * (STOP_BYTES + REST_BYTES) * byte_ns / 1_000;
-        STOP_US.max(2 * u64::from(self.set_up.period_us) + bytes_us)
+        let bytes_us = |bytes: u64, baud: u32| bytes * 10_000_000 / u64::from(baud);
+        let own_us = bytes_us(2 * (STOP_BYTES + REST_BYTES), self.bus.baud);
+        let search_us = if self.has_client() {
+            bytes_us(STOP_BYTES, SLOWEST_BAUD)
+        } else {
+            0
+        };
+        STOP_US.max(2 * u64::from(self.set_up.period_us) + own_us) + search_us
     }
 
     /// Whether the master receives its echo from the beginning.
@@ -254,6 +263,11 @@ impl Case {
     /// The fault of this kind, if it is injected.
     pub(super) fn find(&self, kind: Kind) -> Option<&Injection> {
         self.injections.iter().find(|i| i.kind == kind)
+    }
+
+    /// Whether a client of the transparent port has the bus at some time.
+    pub(super) fn has_client(&self) -> bool {
+        self.activity == Activity::Port || self.injections.iter().any(|it| it.kind.has_client())
     }
 
     /// Whether a fault of this kind is injected.

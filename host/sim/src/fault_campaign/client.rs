@@ -9,6 +9,8 @@ const PACKET_US: u64 = 10_000;
 /// Time for each step of making the servos ready, in µs: with a slow bus and the stop
 /// sequence before it.
 const STEP_US: u64 = 50_000;
+/// Time in µs in which the board hands over the bus: a stop sequence at 57 600 baud is 52 ms.
+const HANDOVER_US: u64 = 100_000;
 /// Value that sets another rate in a servo of either firmware, and the rate.
 const OTHER_RATES: [(u8, u32); 2] = [(3, 500_000), (1, 1_000_000)];
 
@@ -40,6 +42,8 @@ impl Client {
     fn drive_steps(&self, from_us: u64) -> (Vec<(u64, ClientStep)>, u64) {
         let mut at_us = from_us;
         let mut steps = vec![(at_us, ClientStep::Open(self.baud))];
+        // What comes while the board stops the motors before it hands the bus over is dropped.
+        at_us += HANDOVER_US;
         for packet in self.method.preparation() {
             steps.push((at_us, ClientStep::Send(packet)));
             at_us += STEP_US;

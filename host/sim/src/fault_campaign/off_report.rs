@@ -4,13 +4,15 @@
 //! [off](OffState::Off). So no motor that is reported as such may be on for longer than
 //! [`Case::stop_us`] without a break, from the report to the next one or to the end of the mode
 //! in which it was made. Times in which a servo cannot be reached count too: what the board
-//! cannot know it must not report. "Unconfirmed" and "out of reach" claim nothing.
+//! cannot know it must not report. Of two servos with one id it hears either, and can know of
+//! neither: their reports are not judged. "Unconfirmed" and "out of reach" claim nothing.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Mode, OffReport, OffState};
 
 use super::case::Case;
 use super::fixture::Fixture;
+use super::kind::Kind;
 use super::outcome::Outcome;
 
 /// A report, with its time in µs and the mode in which it was made.
@@ -26,6 +28,8 @@ struct Claim {
 pub(super) struct OffReportJudge {
     claim: Option<Claim>,
     allowed_us: u64,
+    /// A servo answers for another.
+    has_duplicate: bool,
 }
 
 impl OffReportJudge {
@@ -33,6 +37,7 @@ impl OffReportJudge {
         Self {
             claim: None,
             allowed_us: case.stop_us(),
+            has_duplicate: case.has(Kind::DuplicateId),
         }
     }
 
@@ -62,7 +67,7 @@ impl OffReportJudge {
             let on_us = fixture.on_since_us(servo);
             let is_overdue =
                 on_us.is_some_and(|on_us| now_us > claim.since_us.max(on_us) + self.allowed_us);
-            if state == OffState::Off && is_overdue {
+            if state == OffState::Off && is_overdue && !self.has_duplicate {
                 outcome.fail(format!("motor {servo} was on and reported as off"));
             }
         }

@@ -88,7 +88,8 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
     pub(super) fn run(mut self) -> Outcome {
         let is_ready = self.bring_up();
         let has_early = self.has_injections(Origin::PowerUp);
-        if !has_early && (!is_ready || self.fault.is_some()) {
+        let is_too_noisy = self.is_too_noisy();
+        if !has_early && !is_too_noisy && (!is_ready || self.fault.is_some()) {
             let why = format!("not ready: {}", self.state_text());
             return self.outcome.failed(why);
         }
@@ -176,7 +177,7 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
         let now_us = self.fixture.now_us();
         if is_begin {
             self.trace.injection(now_us, injection);
-            if self.fixture.is_fault_free && self.fault.is_some() {
+            if self.fixture.is_fault_free && self.fault.is_some() && !self.is_too_noisy() {
                 let why = format!("a fault before anything was wrong: {}", self.state_text());
                 self.outcome.fail(why);
             }
@@ -297,9 +298,10 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
         let outcome = &mut self.outcome;
         match (self.fault, refusal) {
             (Some((fault, at_us)), _) => {
-                outcome.is_fault_expected = expectations.iter().any(|(kind, expectation)| {
+                let is_of_kind = expectations.iter().any(|(kind, expectation)| {
                     expect::is_fault_expected(*kind, fault, case) && is_allowed(*expectation)
                 });
+                outcome.is_fault_expected = is_of_kind || expect::is_noise_fault(fault, case);
                 outcome.fault = Some(enum_names::fault(fault).into());
                 let from_us = from_us.or(self.first_us).unwrap_or(0);
                 outcome.detected_ms = Some(at_us.saturating_sub(from_us) as f64 * 1e-3);
@@ -319,6 +321,12 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
                     !expectations.iter().any(is_required) && !outcome.is_harmed;
             }
         }
+    }
+
+    /// Whether the fault is one of the motor check for the noise alone.
+    fn is_too_noisy(&self) -> bool {
+        self.fault
+            .is_some_and(|(fault, _)| expect::is_noise_fault(fault, self.case))
     }
 
     /// Clears the fault, and checks that the board becomes idle, as one without a fault must.

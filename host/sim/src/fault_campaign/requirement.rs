@@ -29,6 +29,8 @@ const REPLAY_ALONE: f64 = 0.5;
 const CHECKED_US: u64 = 1_000_000;
 /// Step of an encoder, in counts, that no motion explains: twice the innovation's limit.
 const STEP_COUNTS: f64 = 40.0;
+/// Noise of an encoder, in counts, whose equal samples are never credible for long.
+const RUN_NOISE_COUNTS: f64 = 0.8;
 /// Drift of an encoder, in counts, that takes the arm as far as it may be: 0.5 rad.
 const DRIFT_COUNTS: f64 = 98.0;
 
@@ -124,6 +126,10 @@ fn when_ready(injection: &Injection, case: &Case) -> FaultExpectation {
             required_if(is_closed && drift_counts > DRIFT_COUNTS)
         }
         Kind::TorqueSign | Kind::SwappedFirst => required_if(is_closed),
+        // Where no controller holds the joint only the missing noise shows.
+        Kind::Frozen => {
+            required_if(is_closed || (is_armed && case.noise_counts > RUN_NOISE_COUNTS))
+        }
         Kind::HostReplay
         | Kind::EchoOn
         | Kind::EchoOff
@@ -154,7 +160,6 @@ fn when_ready(injection: &Injection, case: &Case) -> FaultExpectation {
         | Kind::ServosReset
         | Kind::DeadZone
         | Kind::Hot
-        | Kind::Frozen
         // A refusal to arm; the oracle knows whether the settings are lost.
         | Kind::FlashRot
         | Kind::HostFlood

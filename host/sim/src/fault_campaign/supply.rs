@@ -19,6 +19,7 @@ use armbridge_shared::link::message::{Fault, Mode};
 
 use super::case::Case;
 use super::fixture::Fixture;
+use super::kind::Kind;
 use super::outcome::Outcome;
 
 /// Time in µs for which a motor may be on in a fault: a board may believe for 100 ms what it
@@ -35,6 +36,8 @@ pub(super) struct SupplyJudge {
     /// The switch was pressed at the last event.
     was_pressed: bool,
     slack_us: u64,
+    /// A servo answers for another, whose motor the board cannot know of.
+    has_duplicate: bool,
 }
 
 impl SupplyJudge {
@@ -44,6 +47,7 @@ impl SupplyJudge {
             was_off: false,
             was_pressed: false,
             slack_us: case.stop_us(),
+            has_duplicate: case.has(Kind::DuplicateId),
         }
     }
 
@@ -81,7 +85,7 @@ impl SupplyJudge {
             Some("in an emergency stop, or with corrupted memory")
         } else if is_pressed && was_pressed {
             Some("while the switch was pressed")
-        } else if is_driven {
+        } else if is_driven && !self.has_duplicate {
             Some("in a fault, with a motor on")
         } else if unconfirmed_us.is_some_and(|since_us| is_over(since_us, CONFIRM_US)) {
             Some("in a fault, with a motor not confirmed off")

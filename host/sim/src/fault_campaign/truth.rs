@@ -77,9 +77,7 @@ pub(super) struct Truth {
 
 impl Truth {
     pub(super) fn new(case: &Case, fixture: &Fixture<'_>) -> Self {
-        let is_handed_over = case.activity == Activity::Port
-            || case.injections.iter().any(|it| it.kind.has_client())
-            || case.has(Kind::SecondMaster);
+        let is_handed_over = case.has_client() || case.has(Kind::SecondMaster);
         Self {
             most_j: fixture.cosim.bench.plant().energy_at_rest([0.0; JOINTS]),
             checked_us: 0,
@@ -110,10 +108,11 @@ impl Truth {
         self.check_motor_check(fixture, outcome, q);
     }
 
-    /// Notes harm to the arm, which violates a requirement unless a push did it.
+    /// Notes harm to the arm, which violates a requirement unless a push did it: one that
+    /// overpowers the motors takes the arm anywhere.
     fn harm(&self, outcome: &mut Outcome, why: String) {
-        outcome.is_harmed = true;
         if !self.is_pushed {
+            outcome.is_harmed = true;
             outcome.fail(why);
         }
     }

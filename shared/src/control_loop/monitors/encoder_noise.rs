@@ -88,6 +88,11 @@ impl EncoderNoise {
         self.blocks >= KNOWN_BLOCKS
     }
 
+    /// Variance of a sample in count^2, rounding included.
+    pub(super) fn variance(&self) -> f32 {
+        self.variance
+    }
+
     /// Whether enough have been taken for a whole estimate.
     pub(super) fn is_settled(&self) -> bool {
         self.blocks >= SETTLED_BLOCKS

@@ -230,6 +230,14 @@ impl Monitors {
         unknown.map(|(joint, _)| joint)
     }
 
+    /// Variance of the noise of each encoder, in rad².
+    pub(super) fn noise_rad2(&self, joints: &[Joint<f32>; JOINTS]) -> [f32; JOINTS] {
+        core::array::from_fn(|joint| {
+            let rad_per_count = joints[joint].rad_per_count;
+            self.noise[joint].variance() * rad_per_count * rad_per_count
+        })
+    }
+
     /// Samples of this joint that are missing in a row.
     pub(super) fn lost_in_row(&self, joint: usize) -> u32 {
         self.dropout.in_row(joint)

@@ -24,9 +24,9 @@ const CERTAIN: f32 = 0.25;
 /// early: a standard error of 0.5. A fit to a tenth of an attempt is off by 10 and more.
 const DIRECTED: f32 = 1.0;
 
-/// Mean square that a fit leaves, in squares of [`UNIT_RAD`]: a count of noise and dry friction
-/// leave a third of it.
-const UNDISTURBED: f32 = 1.0;
+/// Mean square beyond the encoder's noise that a fit leaves, in squares of [`UNIT_RAD`]: dry
+/// friction leaves a tenth of it.
+const UNDISTURBED: f32 = 0.75;
 
 /// Torque in N m below which a check tells directions alone: the limits of the host leave no
 /// more.
@@ -37,6 +37,8 @@ pub(super) const CONCLUSIVE_NM: f32 = 0.3;
 pub(super) struct Response {
     /// First sample in rad.
     from_rad: Option<f32>,
+    /// Variance of the encoder's noise, in squares of [`UNIT_RAD`].
+    noise: f32,
     /// Motion by the model in rad and rad/s.
     moved_rad: f32,
     speed_rad_s: f32,
@@ -68,8 +70,9 @@ impl Response {
         self.largest_nm = self.largest_nm.max(torque_nm.abs());
     }
 
-    /// Takes a sample, after this share of the attempt.
-    pub(super) fn take(&mut self, measured_rad: f32, share: f32) {
+    /// Takes a sample, after this share of the attempt, of an encoder with this variance in rad².
+    pub(super) fn take(&mut self, measured_rad: f32, share: f32, noise_rad2: f32) {
+        self.noise = noise_rad2 / (UNIT_RAD * UNIT_RAD);
         let from_rad = *self.from_rad.get_or_insert(measured_rad);
         let measured = (measured_rad - from_rad) / UNIT_RAD;
         let row = Vector4::new(1.0, share, share * share, self.moved_rad / UNIT_RAD);
@@ -91,7 +94,7 @@ impl Response {
 
     fn response_within(&self, variance_max: f32) -> f32 {
         let fit = self.fit();
-        let certain = fit.filter(|it| it.variance < variance_max && it.residual < UNDISTURBED);
+        let certain = fit.filter(|it| it.variance < variance_max && !self.is_beyond(it));
         certain.map_or(f32::NAN, |fit| fit.response)
     }
 
@@ -102,7 +105,11 @@ impl Response {
 
     /// Whether something else moves the joint.
     pub(super) fn is_disturbed(&self) -> bool {
-        self.fit().is_some_and(|fit| fit.residual >= UNDISTURBED)
+        self.fit().is_some_and(|fit| self.is_beyond(&fit))
+    }
+
+    fn is_beyond(&self, fit: &Fit) -> bool {
+        fit.residual - self.noise >= UNDISTURBED
     }
 
     /// The fit to the samples so far.
