@@ -30,7 +30,6 @@
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Drive, Mode, Record};
 
-use super::activity::Activity;
 use super::case::Case;
 use super::fixture::Fixture;
 use super::kind::Kind;
