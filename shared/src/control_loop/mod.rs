@@ -167,7 +167,7 @@ impl ControlLoop {
             .or_else(|| self.check_command_age(config, input, &mut status));
         let counts = input.samples.map(Sample::counts);
         let measured = config.control.angles(counts);
-        let is_fresh = self.is_fresh;
+        let (is_fresh, followed_rad_s) = (self.is_fresh, self.reference.dq);
         self.begin_estimate(config, measured);
         let predicted_rad = self.estimate.state().q.into();
         let gated = if status.is_armed() && !is_fresh {
@@ -183,7 +183,6 @@ impl ControlLoop {
         let is_held = status.is_driven() && self.drive().is_closed_loop();
         let rest_nm = gravity_nm - torque_nm;
         let balance = is_held.then(|| config.balance(&posture, &state, rest_nm));
-        let reference_rad_s = self.reference.dq.into();
         self.monitor(config, input, &mut status, |is_armed| MonitorInput {
             counts,
             missing: input.samples.map(Sample::missing),
@@ -194,7 +193,7 @@ impl ControlLoop {
             torque_nm: torque_nm.into(),
             gravity_nm: gravity_nm.into(),
             balance,
-            reference_rad_s,
+            reference_rad_s: followed_rad_s.into(),
             is_alarmed: input.alarms.map(|alarms| !alarms.and(SHUTDOWN).is_empty()),
             is_armed,
         });

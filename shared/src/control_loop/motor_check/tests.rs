@@ -102,8 +102,7 @@ fn check(truth: &Truth, period_us: u32, seed: u32) -> (Result<(), Fault>, f32) {
             estimate[joint] += share * (measured_rad[joint].unwrap() - estimate[joint]);
         }
         let input = CheckInput {
-            noise_rad2: [2.8e-5; 2],
-            noise_rad2: [2.8e-5; 2],
+            noise_rad2: [COUNT_RAD * COUNT_RAD; 2],
             arm: &arm,
             acceleration_rad_s2: 16.0,
             period_us,
