@@ -221,8 +221,7 @@ impl ControlLoop {
             }
         }
         let mut guards = Guards::NONE;
-        let noise_rad2 = self.monitors.noise_rad2(&config.control.joints);
-        let check = self.check_motors(&mut status, || CheckInput {
+        let check = self.check_motors(config, &mut status, |noise_rad2| CheckInput {
             arm: &config.control.arm,
             acceleration_rad_s2: config.limits().check_rad_s2.into(),
             period_us: config.period_us().get(),
@@ -325,11 +324,15 @@ impl ControlLoop {
     /// A tick of the motor check, if it is permitted.
     fn check_motors<'a>(
         &mut self,
+        config: &LoopConfig,
         status: &mut TickStatus,
-        input: impl FnOnce() -> CheckInput<'a>,
+        input: impl FnOnce([f32; JOINTS]) -> CheckInput<'a>,
     ) -> Option<CheckStep> {
         let is_permitted = status.permission == Permission::MotorCheck && !self.is_fresh;
-        let step = is_permitted.then(|| self.motor_check.tick(&input()));
+        let step = is_permitted.then(|| {
+            let noise_rad2 = self.monitors.noise_rad2(&config.control.joints);
+            self.motor_check.tick(&input(noise_rad2))
+        });
         if let Some(CheckStep::Failed(violation)) = step {
             status.trip(violation);
         }
