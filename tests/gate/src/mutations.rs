@@ -1,9 +1,12 @@
-//! Mutations: changes of the board's code each of which the fault campaign must notice.
+//! Mutations: changes of the board's code each of which the fault campaign or a test must notice.
 //!
 //! A judge that passes a board without its guards proves nothing about a board that has them. So
-//! each guard of [`MUTATIONS`] is taken out in turn, in a copy of the tracked files; the program
-//! is built from it and runs its fault campaign. A mutation is caught if at least
-//! [`CAUGHT_MIN`] cases fail, or have a wrong name, that do not with the code as it is.
+//! each guard of [`MUTATIONS`] is taken out in turn, in a copy of the tracked files, and judged:
+//!
+//! | judge    | what is built from the copy | a mutation is caught if                            |
+//! |----------|-----------------------------|----------------------------------------------------|
+//! | campaign | the program                 | at least [`CAUGHT_MIN`] cases fail, or have a wrong name, that do not with the code as it is |
+//! | test     | the whole-system tests      | the test with this name fails, and does not with the code as it is |
 
 mod table;
 
@@ -14,57 +17,73 @@ use std::process::{Command, Stdio};
 
 use crate::output::{Output, cargo, printed};
 use crate::paths;
-use table::{Cases, MUTATIONS, Mutation};
+use table::{Cases, Judge, MUTATIONS, Mutation};
 
 /// Cases by which a mutation is caught: one or two may be at a limit that any change of the code
 /// crosses.
 const CAUGHT_MIN: usize = 3;
 
-/// Crates of the program that neither the board nor the bench is made of: optimising them takes
-/// longer than the campaign.
+/// Crates that neither the board nor the bench is made of: optimising them takes longer than the
+/// campaign.
 const UNOPTIMISED: [&str; 2] = ["armbridge-analysis", "armbridge-log"];
 
 /// Seeds of the cases that fail, or have a wrong name.
 type Failed = BTreeSet<u64>;
 
-/// Tries all mutations. The error names those that no case notices.
+/// Tries all mutations. The error names those that nothing notices.
 pub(crate) fn run(out: &Output) -> Result<(), String> {
     let copy = Copy::new()?;
-    copy.build(out)?;
-    let mut sound: BTreeMap<Cases, Failed> = BTreeMap::new();
-    for Mutation { cases, .. } in MUTATIONS {
-        if !sound.contains_key(cases) {
-            let failed = copy.campaign(cases)?;
-            out.line(&format!(
-                "unmutated, {}: {} fail",
-                cases.join(" "),
-                failed.len()
-            ));
-            sound.insert(cases, failed);
-        }
-    }
+    let sound = copy.sound(out)?;
     let mut rows = Vec::new();
     for mutation in MUTATIONS {
-        let failed = copy.failed_with(mutation, out)?;
-        let caught = failed.difference(&sound[mutation.cases]).count();
-        rows.push((mutation.name, caught));
-        out.line(&format!("{:<40}{caught:>6}", mutation.name));
+        let verdict = copy.verdict_with(mutation, &sound, out)?;
+        out.line(&verdict.row(mutation));
+        rows.push((mutation, verdict));
     }
-    out.line(&format!("\n{:<40}{:<12}cases", "mutation", "caught by"));
-    for (name, caught) in &rows {
-        let by = if *caught < CAUGHT_MIN {
-            "NOTHING"
-        } else {
-            "campaign"
-        };
-        out.line(&format!("{name:<40}{by:<12}{caught:>5}"));
+    out.line(&format!(
+        "\n{:<40}{:<10}cases or test",
+        "mutation", "caught by"
+    ));
+    for (mutation, verdict) in &rows {
+        out.line(&verdict.row(mutation));
     }
-    let missed = rows.iter().filter(|(_, caught)| *caught < CAUGHT_MIN);
-    let missed: Vec<&str> = missed.map(|(name, _)| *name).collect();
+    let missed = rows.iter().filter(|(_, verdict)| !verdict.is_caught());
+    let missed: Vec<&str> = missed.map(|(mutation, _)| mutation.name).collect();
     if missed.is_empty() {
         Ok(())
     } else {
         Err(format!("nothing catches: {}", missed.join(", ")))
+    }
+}
+
+/// What a judge says of a mutation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Verdict {
+    /// Cases that fail with it only.
+    Cases(usize),
+    /// Whether this test fails with it.
+    Test {
+        name: &'static str,
+        has_failed: bool,
+    },
+}
+
+impl Verdict {
+    fn is_caught(self) -> bool {
+        match self {
+            Self::Cases(count) => count >= CAUGHT_MIN,
+            Self::Test { has_failed, .. } => has_failed,
+        }
+    }
+
+    /// The line of the table.
+    fn row(self, mutation: &Mutation) -> String {
+        let (judge, figure) = match self {
+            Self::Cases(count) => ("campaign", count.to_string()),
+            Self::Test { name, .. } => ("test", name.to_owned()),
+        };
+        let by = if self.is_caught() { judge } else { "NOTHING" };
+        format!("{:<40}{by:<10}{figure}", mutation.name)
     }
 }
 
@@ -96,21 +115,74 @@ impl Copy {
         Ok(copy)
     }
 
-    /// Seeds that fail with a mutation, which is undone afterwards.
-    fn failed_with(&self, mutation: &Mutation, out: &Output) -> Result<Failed, String> {
-        let path = self.tree.join(mutation.file);
-        let sound = mutation.read(&self.tree)?;
-        let write = |text: &str| fs::write(&path, text).map_err(|e| format!("{e}"));
-        write(&mutation.apply(&sound)?)?;
-        let failed = self.build(out).and_then(|()| self.campaign(mutation.cases));
-        write(&sound)?;
-        failed.map_err(|why| format!("mutation `{}`: {why}", mutation.name))
+    /// Cases that fail with the code as it is.
+    ///
+    /// # Errors
+    /// A test fails with it.
+    fn sound(&self, out: &Output) -> Result<BTreeMap<Cases, Failed>, String> {
+        let mut sound = BTreeMap::new();
+        for program in [Program::Campaign, Program::Tests] {
+            self.build(program, out)?;
+        }
+        for mutation in MUTATIONS {
+            match mutation.judge {
+                Judge::Campaign(cases) if !sound.contains_key(cases) => {
+                    let failed = self.campaign(cases)?;
+                    let (cases_line, count) = (cases.join(" "), failed.len());
+                    out.line(&format!("unmutated, {cases_line}: {count} fail"));
+                    sound.insert(cases, failed);
+                }
+                Judge::Test(name) if self.has_failed(name)? => {
+                    return Err(format!("the test {name} fails without a mutation"));
+                }
+                Judge::Campaign(_) | Judge::Test(_) => {}
+            }
+        }
+        Ok(sound)
     }
 
-    /// Builds the program.
-    fn build(&self, out: &Output) -> Result<(), String> {
-        let mut build = cargo("build --package armbridge --bin armbridge --manifest-path");
-        build
+    /// The verdict on a mutation, which is undone afterwards.
+    fn verdict_with(
+        &self,
+        mutation: &Mutation,
+        sound: &BTreeMap<Cases, Failed>,
+        out: &Output,
+    ) -> Result<Verdict, String> {
+        let path = self.tree.join(mutation.file);
+        let text = mutation.read(&self.tree)?;
+        let write = |text: &str| fs::write(&path, text).map_err(|e| format!("{e}"));
+        write(&mutation.apply(&text)?)?;
+        let verdict = self.verdict(mutation.judge, sound, out);
+        write(&text)?;
+        verdict.map_err(|why| format!("mutation `{}`: {why}", mutation.name))
+    }
+
+    fn verdict(
+        &self,
+        judge: Judge,
+        sound: &BTreeMap<Cases, Failed>,
+        out: &Output,
+    ) -> Result<Verdict, String> {
+        match judge {
+            Judge::Campaign(cases) => {
+                self.build(Program::Campaign, out)?;
+                let failed = self.campaign(cases)?;
+                let before = sound.get(cases).ok_or("cases that were not run before")?;
+                Ok(Verdict::Cases(failed.difference(before).count()))
+            }
+            Judge::Test(name) => {
+                self.build(Program::Tests, out)?;
+                let has_failed = self.has_failed(name)?;
+                Ok(Verdict::Test { name, has_failed })
+            }
+        }
+    }
+
+    /// Cargo for the copy, with this subcommand and its arguments.
+    fn cargo(&self, arguments: &str) -> Command {
+        let mut command = cargo(arguments);
+        command
+            .arg("--manifest-path")
             .arg(self.tree.join("Cargo.toml"))
             .arg("--target-dir")
             .arg(&self.target)
@@ -118,12 +190,33 @@ impl Copy {
             .env("CARGO_INCREMENTAL", "1")
             .env_remove("CARGO_PROFILE_DEV_CODEGEN_UNITS");
         for package in UNOPTIMISED {
-            build.args([
-                "--config",
-                &format!("profile.dev.package.{package}.opt-level=0"),
-            ]);
+            let optimisation = format!("profile.dev.package.{package}.opt-level=0");
+            command.arg("--config").arg(optimisation);
         }
-        out.run(&mut build)
+        command
+    }
+
+    /// Builds a program.
+    fn build(&self, program: Program, out: &Output) -> Result<(), String> {
+        out.run(&mut self.cargo(match program {
+            Program::Campaign => "build --package armbridge --bin armbridge",
+            Program::Tests => "test --no-run --package armbridge-tests --test sim",
+        }))
+    }
+
+    /// Runs the test with this name, and returns whether it fails.
+    fn has_failed(&self, name: &str) -> Result<bool, String> {
+        let mut test = self.cargo("test --package armbridge-tests --test sim");
+        let test = test.args(["--", "--exact", name]).stdin(Stdio::null());
+        let output = test
+            .output()
+            .map_err(|e| format!("cannot start the test {name}: {e}"))?;
+        let text = String::from_utf8_lossy(&output.stdout);
+        match tests_run(&text) {
+            Some(1) => Ok(!output.status.success()),
+            Some(count) => Err(format!("{count} tests have the name {name}")),
+            None => Err(format!("the tests do not start for {name}")),
+        }
     }
 
     /// Runs these cases, and returns the seeds of those that fail.
@@ -142,6 +235,23 @@ impl Copy {
             _ => Err(format!("the campaign ended with {}", campaign.status)),
         }
     }
+}
+
+/// Programs that are built from the copy.
+#[derive(Clone, Copy)]
+enum Program {
+    /// The program that runs the campaign.
+    Campaign,
+    /// The whole-system tests.
+    Tests,
+}
+
+/// Number of tests that a test program has begun to run, from its output.
+fn tests_run(output: &str) -> Option<usize> {
+    let counts = output
+        .lines()
+        .find_map(|line| line.strip_prefix("running "));
+    counts?.split(' ').next()?.parse().ok()
 }
 
 /// Seeds in the report of a campaign, which names only those that fail.
@@ -186,5 +296,29 @@ mod tests {
     fn failed_seeds_are_read() {
         let json = r#"{"failures":[{"seed":17,"kinds":[]}],"unguarded":[{"seed":4},{"seed":17}]}"#;
         assert_eq!(failed_seeds(json), Failed::from([4, 17]));
+    }
+
+    #[test]
+    fn tests_are_counted() {
+        let output = |count| format!("\nrunning {count}\ntest a::b ... FAILED\n");
+        assert_eq!(tests_run(&output("1 test")), Some(1));
+        assert_eq!(tests_run(&output("0 tests")), Some(0));
+        assert_eq!(tests_run("error: no test target\n"), None);
+    }
+
+    #[test]
+    fn a_mutation_is_caught_by_enough_cases_or_by_its_test() {
+        let test = |has_failed| Verdict::Test {
+            name: "a::b",
+            has_failed,
+        };
+        for (verdict, is_caught) in [
+            (Verdict::Cases(CAUGHT_MIN), true),
+            (Verdict::Cases(CAUGHT_MIN - 1), false),
+            (test(true), true),
+            (test(false), false),
+        ] {
+            assert_eq!(verdict.is_caught(), is_caught, "{verdict:?}");
+        }
     }
 }

@@ -243,7 +243,7 @@ pub(crate) const CAMPAIGN: &[Step] = &[
     step(
         Lane::Board,
         "mutations",
-        "the fault campaign notices each guard that is taken out of the board's code",
+        "the fault campaign or a test notices each guard that is taken out of the board's code",
         Work::Do(mutations::run),
     ),
 ];

@@ -12,6 +12,7 @@
 //! | `clearing`    | those of a host that stops and clears in one write          |
 //! | `resets`      | those of an arm of which a stock servo was reset            |
 //! | `foreign_master` | those that another master on the bus sets on             |
+//! | `limits`      | those of an arm beyond its angles or temperatures           |
 //! | `memory`      | all, when a bit of state or drive command has turned        |
 //!
 //! The rig, its two users and the scenarios that the emulated board shares are in
@@ -23,6 +24,7 @@ mod arming;
 mod clearing;
 mod encoders;
 mod foreign_master;
+mod limits;
 mod memory;
 mod outages;
 mod passthrough;

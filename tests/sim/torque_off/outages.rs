@@ -2,8 +2,10 @@
 //! and are off as soon as the wire can carry a packet again.
 //!
 //! Standing is not off: an arm that presses against an obstacle, or leans on its
-//! motors, stands still with its motors on.
+//! motors, stands still with its motors on. Nor is a servo off that hears the stop as the rest of
+//! a long packet.
 
+use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Command, Setup};
 use armbridge_shared::servo::Firmware;
 use armbridge_sim::plant::PlantConfig;
@@ -85,6 +87,41 @@ fn outages(arm: Arm) {
         .into_iter()
         .flat_map(|cut_ms| PHASES_US.map(|phase_us| (cut_ms, phase_us)));
     run_cases(cases, |(cut_ms, phase_us)| outage(arm, *cut_ms, *phase_us));
+}
+
+/// The longest packet to each servo, of which the rest never comes.
+const BEGUN: [[u8; 4]; JOINTS] = [[0xFF, 0xFF, 1, 0xFE], [0xFF, 0xFF, 2, 0xFE]];
+
+/// Five ticks, in ms: a fault then.
+const FAULT_MS: u64 = 50;
+
+/// Ticks that are 10 ms apart take 80 ms for the rest of such a packet.
+#[test]
+fn a_servo_that_waits_for_a_long_packet_after_an_outage_is_off() {
+    let setup = Setup {
+        period_us: 10_000,
+        ..Setup::best()
+    };
+    let long_ms = CUTS_MS.into_iter().filter(|cut_ms| *cut_ms > FAULT_MS);
+    let cases = long_ms.flat_map(|cut_ms| BEGUN.map(|begun| (begun, cut_ms)));
+    run_cases(cases, |(begun, cut_ms)| {
+        let bench = bench(&between_obstacles(), Firmware::Stock);
+        with_rig(World::Bench, bench, |rig| {
+            rig.prepare();
+            assert_eq!(rig.command(Command::Configure(setup)), Ok(()));
+            rig.drive(Arm::Presses.command());
+            rig.pass_ms(DRIVEN_MS);
+            rig.cosim.bench.hold_high(cut_ms * 1_000);
+            rig.pass_ms(*cut_ms);
+            let whole_us = rig.now_us();
+            rig.cosim.bench.send_foreign(whole_us, begun, 1_000_000);
+            all([
+                rig.stays_off(whole_us + STOP_US, World::Bench.watch_ms()),
+                rig.reports_are_true(),
+                rig.is_reported_off(),
+            ])
+        })
+    });
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Mutations as data. Each takes out one guard and nothing else.
 
+use Judge::{Campaign, Test};
+
 /// A change of the board's code.
 pub(super) struct Mutation {
     /// The guard that is missing.
@@ -10,33 +12,55 @@ pub(super) struct Mutation {
     pub(super) find: &'static str,
     /// Text in its place.
     pub(super) replacement: &'static str,
-    /// Cases in which it must show.
-    pub(super) cases: Cases,
+    /// What must notice it.
+    pub(super) judge: Judge,
+}
+
+/// What notices a mutation.
+#[derive(Clone, Copy)]
+pub(super) enum Judge {
+    /// Cases of the fault campaign.
+    Campaign(Cases),
+    /// The whole-system test with this name, for a guard that few cases need.
+    Test(&'static str),
 }
 
 /// Cases of the fault campaign, as its arguments.
 pub(super) type Cases = &'static [&'static str];
 
-/// Cases of all kinds.
-const ALL: Cases = &["--seeds", "1000"];
+/// Cases of all kinds, for guards that many need.
+const ALL: Cases = &["--seeds", "200"];
+const MORE: Cases = &["--seeds", "600"];
 /// Cases of the few kinds in which a guard acts, as many as are needed.
-const HEARTBEATS: Cases = &["--seeds", "40000", "--kinds", "host-heartbeats"];
-const HOT: Cases = &["--seeds", "60000", "--kinds", "hot"];
-const SECOND_MASTER: Cases = &["--seeds", "150000", "--kinds", "second-master"];
+const FROZEN: Cases = &["--seeds", "12000", "--kinds", "frozen"];
+const GOODBYE: Cases = &["--seeds", "3000", "--kinds", "goodbye"];
+const HEARTBEATS: Cases = &["--seeds", "15000", "--kinds", "host-heartbeats"];
+const PUSHED: Cases = &["--seeds", "12000", "--kinds", "push,servos-swapped"];
+const SILENT_HOST: Cases = &["--seeds", "3000", "--kinds", "host-schema,host-vanish"];
 const TORQUE_SIGN: Cases = &["--seeds", "20000", "--kinds", "torque-sign"];
+const TO_SERVOS: Cases = &[
+    "--seeds",
+    "10000",
+    "--kinds",
+    "lost-to-servos,late-to-servos,doubled-to-servos,flipped-to-servos,cut-to-servos",
+];
 const WRONG_SAMPLES: Cases = &[
     "--seeds",
-    "20000",
+    "12000",
     "--kinds",
     "flipped-to-master,encoder-step",
 ];
-const CUT_PACKETS: Cases = &[
-    "--seeds",
-    "40000",
-    "--kinds",
-    "doubled-to-servos,cut-to-servos",
-];
 
+/// Tests that make the few cases which need a guard.
+const ANOTHER_MASTER: &str = "torque_off::foreign_master::what_another_master_sets_on_is_off_within_100_ms_for_as_long_as_it_tries";
+const HOT_SERVO: &str = "torque_off::limits::a_driven_servo_that_gets_hot_ends_the_drive";
+const LARGEST_PWM: &str = "supervisor::limits_are_set_while_idle_and_within_hard_bounds_only";
+const LONG_PACKET: &str =
+    "torque_off::outages::a_servo_that_waits_for_a_long_packet_after_an_outage_is_off";
+const PUSHED_BEYOND: &str =
+    "torque_off::limits::an_arm_that_is_pushed_beyond_its_angle_limit_is_off_within_two_ticks";
+
+const ENCODER_PROOF: &str = "shared/src/control_loop/monitors/encoder_proof.rs";
 const FORCE_OFF: &str = "shared/src/sequencer/force_off.rs";
 const MONITORS: &str = "shared/src/control_loop/monitors/mod.rs";
 const SUPPLY: &str = "shared/src/bridge/supply.rs";
@@ -49,21 +73,21 @@ pub(super) const MUTATIONS: &[Mutation] = &[
         file: TIME_OUT,
         find: "if silent_us > allowed_us(limits.silence_ms) {",
         replacement: "if silent_us > allowed_us(u16::MAX) {",
-        cases: ALL,
+        judge: Campaign(SILENT_HOST),
     },
     Mutation {
         name: "age of a torque ignored",
         file: TIME_OUT,
         find: "Drive::Torque => limits.torque_age_ms,",
         replacement: "Drive::Torque => 0,",
-        cases: HEARTBEATS,
+        judge: Campaign(HEARTBEATS),
     },
     Mutation {
         name: "read-back \"on\" taken for off",
         file: FORCE_OFF,
         find: "match firmware.decode_off(data) {",
         replacement: "match firmware.decode_off(data).map(|_| true) {",
-        cases: SECOND_MASTER,
+        judge: Test(ANOTHER_MASTER),
     },
     Mutation {
         name: "off report always \"off\"",
@@ -71,97 +95,104 @@ pub(super) const MUTATIONS: &[Mutation] = &[
         find: "_ if silent_ticks >= SILENT_TICKS => OffState::OutOfReach,
                 _ => OffState::Unconfirmed,",
         replacement: "_ => OffState::Off,",
-        cases: ALL,
+        judge: Campaign(TO_SERVOS),
     },
     Mutation {
         name: "stop sent once only",
         file: FORCE_OFF,
         find: "is_late && !self.is_off()",
         replacement: "self.stops == 0 && is_late && !self.is_off()",
-        cases: CUT_PACKETS,
+        judge: Test(LONG_PACKET),
     },
     Mutation {
         name: "supply left on in an emergency stop",
         file: SUPPLY,
         find: "Mode::Fault(Fault::EmergencyStop(_) | Fault::Corrupted) => Self::Off,",
         replacement: "Mode::Fault(Fault::EmergencyStop(_) | Fault::Corrupted) => Self::On,",
-        cases: ALL,
+        judge: Campaign(ALL),
     },
     Mutation {
         name: "supply left on with motors unconfirmed",
         file: SUPPLY,
         find: "Mode::Fault(_) if unconfirmed_us >= CONFIRM_US => Self::Off,",
         replacement: "Mode::Fault(_) if unconfirmed_us >= CONFIRM_US => self,",
-        cases: ALL,
+        judge: Campaign(MORE),
     },
     Mutation {
         name: "angle limit dropped",
         file: "shared/src/control_loop/monitors/motion.rs",
         find: "if angle > limits.angle_rad {",
         replacement: "if angle > f32::INFINITY {",
-        cases: ALL,
+        judge: Test(PUSHED_BEYOND),
     },
     Mutation {
         name: "direction test of the motors dropped",
         file: "shared/src/control_loop/motor_check.rs",
         find: "if ratio < -MOVED {",
         replacement: "if ratio < f32::NEG_INFINITY {",
-        cases: TORQUE_SIGN,
+        judge: Campaign(TORQUE_SIGN),
     },
     Mutation {
         name: "motor check dropped",
         file: "shared/src/bridge/app_core/commands.rs",
         find: "let is_check_due = !self.are_motors_checked",
         replacement: "let is_check_due = false && !self.are_motors_checked",
-        cases: ALL,
+        judge: Campaign(TORQUE_SIGN),
     },
     Mutation {
         name: "fault not latched",
         file: "shared/src/supervisor/mod.rs",
         find: "self.word = State::Fault.word();",
         replacement: "",
-        cases: ALL,
+        judge: Campaign(ALL),
     },
     Mutation {
         name: "goodbye does not disarm",
         file: "shared/src/bridge/requests.rs",
         find: "signals.goodbye && !signals.hello",
         replacement: "false && signals.goodbye",
-        cases: ALL,
+        judge: Campaign(GOODBYE),
     },
     Mutation {
         name: "torque limit not applied",
         file: "shared/src/control_loop/monitors/torque.rs",
         find: "let in_limit = |torque| within(torque, -limit, limit);",
         replacement: "let in_limit = |torque: f32| torque;",
-        cases: ALL,
+        judge: Campaign(PUSHED),
     },
     Mutation {
         name: "PWM limit not applied",
         file: "shared/src/control_loop/motor_command.rs",
         find: "let pwm_max = config.limits().pwm_counts;",
         replacement: "let pwm_max = 1_000;",
-        cases: ALL,
+        judge: Test(LARGEST_PWM),
     },
     Mutation {
         name: "stopped encoder ignored",
-        file: MONITORS,
-        find: "if let Some(longest) = longest {",
-        replacement: "if let Some(longest) = longest.filter(|_| false) {",
-        cases: ALL,
+        file: ENCODER_PROOF,
+        find: "if is_too_long || self.ramp.is_some_and(|ramp| ramp.tick > ramps) {",
+        replacement: "if false && (is_too_long || self.ramp.is_some_and(|ramp| ramp.tick > ramps)) {",
+        judge: Campaign(FROZEN),
+    },
+    Mutation {
+        name: "quiet encoder not put to the proof",
+        file: ENCODER_PROOF,
+        find: "is_due.then_some(Ramp {",
+        replacement: "(is_due && false).then_some(Ramp {",
+        judge: Campaign(FROZEN),
     },
     Mutation {
         name: "innovation gate dropped",
         file: MONITORS,
         find: "*measured = measured.filter(|rad| !is_far(rad));",
         replacement: "let _ = (is_far, measured);",
-        cases: WRONG_SAMPLES,
+        judge: Campaign(WRONG_SAMPLES),
     },
     Mutation {
         name: "temperature ignored",
         file: "shared/src/bridge/bus_events.rs",
         find: "if let (Some(violation), true) = (violation, self.core.state().is_armed()) {",
         replacement: "if let (Some(violation), true) = (violation, false) {",
-        cases: HOT,
+        judge: Test(HOT_SERVO),
     },
 ];

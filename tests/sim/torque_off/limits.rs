@@ -1,0 +1,127 @@
+//! Limits of angle and temperature: a driven arm that is beyond one is off.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::limits::hard;
+use armbridge_shared::link::message::{Command, Fault, Limits, Mode, Setup};
+use armbridge_shared::servo::Firmware;
+use armbridge_sim::faults::sensor::SensorFault;
+use armbridge_sim::plant::{PlantConfig, Push};
+use armbridge_tests::torque_off::cases::{all, check, run_cases};
+use armbridge_tests::torque_off::rig::{Rig, STOP_US, World, bench, with_rig};
+
+/// Torque in N m that takes a joint along, whatever its motor does.
+const PUSHING_NM: f64 = 2.0;
+/// Counts of an encoder that an estimate may be behind, in rad.
+const BEHIND_RAD: f64 = 0.02;
+/// Time for which it pushes, in µs: the arm is beyond its limit sooner.
+const PUSHED_US: u64 = 1_000_000;
+/// Time between two looks at the arm, in µs.
+const STEP_US: u64 = 100;
+/// Time in ms from a temperature beyond its limit to the fault: both servos are polled.
+const POLLED_MS: u64 = 1_000;
+
+/// Regulates at upright, at this period.
+fn stand(rig: &mut Rig<'_>, period_us: u32, limits: Limits) {
+    let setup = Setup {
+        period_us,
+        ..Setup::best()
+    };
+    assert_eq!(rig.command(Command::Configure(setup)), Ok(()));
+    assert_eq!(rig.command(Command::Limit(limits)), Ok(()));
+    rig.drive(Command::Regulate([0.0; JOINTS]));
+    rig.pass_ms(300);
+}
+
+fn angle_rad(rig: &mut Rig<'_>, joint: usize) -> f64 {
+    let now_us = rig.now_us();
+    rig.cosim.bench.state_at(now_us).q[joint]
+}
+
+/// Limit of the angle in rad, period in µs, joint and torque in N m.
+fn pushes() -> Vec<(f32, u32, usize, f64)> {
+    let mut cases = Vec::new();
+    // At the hard limit the counts of the encoder are a guard of their own.
+    for limit_rad in [1.0, hard::ANGLE_RAD] {
+        for period_us in [1_000, 5_000, 10_000] {
+            for joint in 0..JOINTS {
+                for torque_nm in [PUSHING_NM, -PUSHING_NM] {
+                    cases.push((limit_rad, period_us, joint, torque_nm));
+                }
+            }
+        }
+    }
+    cases
+}
+
+#[test]
+fn an_arm_that_is_pushed_beyond_its_angle_limit_is_off_within_two_ticks() {
+    run_cases(pushes(), |&(limit_rad, period_us, joint, torque_nm)| {
+        let limits = Limits {
+            angle_rad: [limit_rad; JOINTS],
+            ..Limits::default()
+        };
+        let arm = bench(&PlantConfig::default(), Firmware::Morpheus);
+        with_rig(World::Bench, arm, |rig| {
+            stand(rig, period_us, limits);
+            rig.cosim.bench.push(Push {
+                joint,
+                torque_nm,
+                start_ns: rig.now_us() * 1_000,
+                duration_ns: PUSHED_US * 1_000,
+            });
+            let beyond_rad = f64::from(limit_rad) + BEHIND_RAD;
+            let latest_us = rig.now_us() + PUSHED_US;
+            while rig.now_us() < latest_us && angle_rad(rig, joint).abs() < beyond_rad {
+                rig.until_us(rig.now_us() + STEP_US);
+            }
+            let beyond_us = rig.now_us();
+            rig.until_us(beyond_us + 2 * u64::from(period_us));
+            let mode = rig.mode();
+            let off = rig.stays_off(beyond_us + STOP_US, 1_000);
+            let is_fault = mode == Some(Mode::Fault(Fault::AngleLimit));
+            all([
+                off,
+                check(is_fault, || format!("two ticks later: {mode:?}")),
+            ])
+        })
+    });
+}
+
+#[test]
+fn a_driven_servo_that_gets_hot_ends_the_drive() {
+    // Below the temperature at which a stock servo releases its shaft by itself.
+    let limits = Limits {
+        temperature_c: 60,
+        ..Limits::default()
+    };
+    // At 1 kHz the bus has no time for the temperature of a stock servo, which has an alarm for it.
+    let arms = [
+        (Firmware::Morpheus, 1_000),
+        (Firmware::Morpheus, 10_000),
+        (Firmware::Stock, 10_000),
+    ];
+    let cases = arms.map(|(firmware, period_us)| [0, 1].map(|joint| (firmware, period_us, joint)));
+    run_cases(cases.concat(), |&(firmware, period_us, joint)| {
+        let arm = bench(&PlantConfig::default(), firmware);
+        with_rig(World::Bench, arm, |rig| {
+            if firmware == Firmware::Stock {
+                rig.prepare();
+            }
+            stand(rig, period_us, limits);
+            rig.pass_ms(POLLED_MS);
+            // Beyond the limit at once.
+            let servo = rig.cosim.bench.servo_mut(joint);
+            if let Some(stock) = servo.stock_mut() {
+                stock.set_temperature(65.0);
+            } else {
+                let counts_per_s = 1e3 * f64::from(limits.temperature_drift_counts);
+                let fault = SensorFault::Hot { counts_per_s };
+                rig.cosim.bench.fail_sensor(joint, fault);
+            }
+            rig.pass_ms(POLLED_MS);
+            let mode = rig.mode();
+            let is_fault = mode == Some(Mode::Fault(Fault::Temperature));
+            check(is_fault, || format!("{POLLED_MS} ms later: {mode:?}"))
+        })
+    });
+}
