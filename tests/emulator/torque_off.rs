@@ -1,9 +1,13 @@
 //! Torque off in the firmware: the scenarios of the bench, on the emulated board.
 
+use armbridge_shared::link::message::{Command, Fault, Limits, Mode, Refusal, Setup};
+use armbridge_shared::servo::Firmware;
+use armbridge_sim::faults::sensor::SensorFault;
+use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::torque_off::cases::run_cases;
 use armbridge_tests::torque_off::client::Method;
 use armbridge_tests::torque_off::passthrough::{befores, is_stopped, stops};
-use armbridge_tests::torque_off::rig::World;
+use armbridge_tests::torque_off::rig::{World, bench, with_rig};
 use armbridge_tests::torque_off::sessions::{End, sessions_end};
 use armbridge_tests::torque_off::silence::{cases, is_ended};
 
@@ -39,4 +43,51 @@ fn every_stop_of_the_firmware_ends_what_a_client_drives() {
 fn a_client_that_floods_or_changes_the_rate_is_stopped_by_the_firmware() {
     let cases = Method::ALL.into_iter().flat_map(befores);
     run_cases(cases, |case| is_stopped(World::Emulator, case));
+}
+
+/// An arm without noise in its encoders, whose samples do not tell a stopped one from one at rest.
+#[test]
+#[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
+fn a_quiet_encoder_that_stops_ends_the_drive_of_the_firmware() {
+    let arm = PlantConfig {
+        noise_lsb_rms: 0.0,
+        ..PlantConfig::default()
+    };
+    with_rig(World::Emulator, bench(&arm, Firmware::Morpheus), |rig| {
+        rig.drive(Command::Regulate([0.05, -0.05]));
+        rig.pass_ms(2_000);
+        assert!(
+            matches!(rig.mode(), Some(Mode::Running(_))),
+            "{:?}",
+            rig.mode()
+        );
+        rig.cosim.bench.fail_sensor(1, SensorFault::Frozen);
+        rig.pass_ms(800);
+        assert_eq!(rig.mode(), Some(Mode::Fault(Fault::EncoderFrozen)));
+        rig.pass_ms(20);
+        assert_eq!(rig.is_on(), [false; 2]);
+    });
+}
+
+#[test]
+#[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
+fn the_firmware_does_not_arm_motors_that_it_cannot_check_unless_that_is_confirmed() {
+    let arm = PlantConfig::default();
+    with_rig(World::Emulator, bench(&arm, Firmware::Morpheus), |rig| {
+        let slow = Setup {
+            period_us: 45_000,
+            ..Setup::default()
+        };
+        assert_eq!(rig.command(Command::Configure(slow)), Ok(()));
+        rig.pass_ms(5_000);
+        let session = rig.host().session();
+        let arming = Command::Arm { session };
+        assert_eq!(rig.command(arming), Err(Refusal::MotorsUnchecked));
+        let unchecked = Limits {
+            check_rad_s2: 0,
+            ..Limits::default()
+        };
+        assert_eq!(rig.command(Command::Limit(unchecked)), Ok(()));
+        assert_eq!(rig.command(arming), Ok(()));
+    });
 }

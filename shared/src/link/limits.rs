@@ -150,7 +150,7 @@ impl Default for Limits {
             // Before an arm that nothing controls is 0.5 rad off.
             quiet_ms: 400,
             // Well above dry friction, below the weight of a link that leans.
-            external_nm: [0.22, 0.1],
+            external_nm: [0.22, 0.15],
             // Pulses of 30 ms move a joint by three encoder counts either way.
             check_rad_s2: 16,
             hold_ms: 100,
