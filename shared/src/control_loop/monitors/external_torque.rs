@@ -15,7 +15,7 @@
 //!
 //! A limit exceeded without a break for [`LASTS_US`] is a fault. Dry friction is in `r`, so a
 //! limit is well above it, and below the weight that is to be told: on the paper's arm an error
-//! of 0.4 rad of joint 1 makes 0.22 N m, and one of 0.6 rad of joint 2 makes 0.1. While the arm sinks
+//! of 0.4 rad of joint 1 makes 0.22 N m, and one of 1 rad of joint 2 makes 0.15. While the arm sinks
 //! under a drift, friction takes 0.06 N m of that.
 
 use super::debounce::{Debounce, ticks};
