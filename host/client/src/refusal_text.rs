@@ -49,8 +49,9 @@ pub fn in_words(refusal: Refusal) -> String {
         ),
         Refusal::MotorsUnchecked => {
             "the direction of the motors has not been checked, and cannot be at periods above \
-             10 ms; arm once at a shorter period, or confirm that they need no check by \
-             `armbridge params limits.check_rad_s2=0`"
+             10 ms; arm once at a shorter period, or confirm that they need no check: \
+             `--set limits.check_rad_s2=0` for a run, `armbridge params limits.check_rad_s2=0` \
+             for the board"
                 .into()
         }
         Refusal::Unprepared => {

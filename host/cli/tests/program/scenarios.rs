@@ -127,7 +127,11 @@ fn the_longest_period_arms() {
             period.as_slice(),
             &["--duration", "1", "--json", "--seed", seed],
         ];
-        let output = program.run(&args.concat());
+        // At this period the motors cannot be checked, which the user has to confirm.
+        let refused = program.run(&args.concat());
+        assert!(text(&refused.stderr).contains("--set limits.check_rad_s2=0"));
+        let confirmed = [args[0], args[1], &["--set", "limits.check_rad_s2=0"]];
+        let output = program.run(&confirmed.concat());
         let line = text(&output.stderr);
         assert!(
             output.status.code().is_some_and(|code| code < 2),
