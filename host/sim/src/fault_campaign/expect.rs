@@ -216,16 +216,18 @@ pub(super) fn is_fault_expected(kind: Kind, fault: Fault, case: &Case) -> bool {
     is_listed || (is_held && fault == Diverged)
 }
 
-/// Whether a board may have this fault for the noise alone. To the check of the motors loud noise
-/// is motion; and an arm without friction keeps the speed that a slow check has left it.
-pub(super) fn is_noise_fault(fault: Fault, case: &Case) -> bool {
+/// Whether a board may have this fault for the noise alone, in the check of the motors or later. To
+/// the check loud noise is motion; and an arm without friction keeps the speed that a slow check
+/// has left it.
+pub(super) fn is_noise_fault(fault: Fault, is_in_check: bool, case: &Case) -> bool {
     let (noise, period_us) = (case.noise_counts, case.set_up.period_us);
     let is_sparse = period_us >= SPARSE_PERIOD_US;
     match fault {
+        Diverged => noise > DIVERGED_NOISE_COUNTS && period_us > CHECK_PERIOD_MAX_US,
+        ExternalTorque | MotorDirection | JointsSwapped if !is_in_check => false,
         ExternalTorque | MotorDirection if noise > CHECKED_NOISE_COUNTS => true,
         ExternalTorque => period_us >= SLOW_CHECK_PERIOD_US && !case.friction,
         JointsSwapped => noise > CHECKED_NOISE_COUNTS || (is_sparse && noise > SPARSE_NOISE_COUNTS),
-        Diverged => noise > DIVERGED_NOISE_COUNTS && period_us > CHECK_PERIOD_MAX_US,
         _ => false,
     }
 }

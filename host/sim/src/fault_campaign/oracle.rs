@@ -56,6 +56,8 @@ pub(super) struct CaseRunner<'a, 'b> {
     /// Since when no motor may be on, in µs.
     undriven_us: Option<u64>,
     fault: Option<(Fault, u64)>,
+    /// It may be one for the noise alone.
+    is_noise_fault: bool,
     first_us: Option<u64>,
     /// Time in µs since when the session that armed is over, by a goodbye or a hello.
     ended_us: Option<u64>,
@@ -77,6 +79,7 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
             outcome: Outcome::new(case),
             undriven_us: Some(0),
             fault: None,
+            is_noise_fault: false,
             first_us: None,
             ended_us: None,
             is_pwm_exceeded: false,
@@ -88,8 +91,7 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
     pub(super) fn run(mut self) -> Outcome {
         let is_ready = self.bring_up();
         let has_early = self.has_injections(Origin::PowerUp);
-        let is_too_noisy = self.is_too_noisy();
-        if !has_early && !is_too_noisy && (!is_ready || self.fault.is_some()) {
+        if !has_early && !self.is_noise_fault && (!is_ready || self.fault.is_some()) {
             let why = format!("not ready: {}", self.state_text());
             return self.outcome.failed(why);
         }
@@ -177,7 +179,7 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
         let now_us = self.fixture.now_us();
         if is_begin {
             self.trace.injection(now_us, injection);
-            if self.fixture.is_fault_free && self.fault.is_some() && !self.is_too_noisy() {
+            if self.fixture.is_fault_free && self.fault.is_some() && !self.is_noise_fault {
                 let why = format!("a fault before anything was wrong: {}", self.state_text());
                 self.outcome.fail(why);
             }
@@ -220,6 +222,8 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
                 .mode_change(now_us, self.mode, mode, &mut self.fixture);
             if let (Mode::Fault(fault), None) = (mode, self.fault) {
                 self.fault = Some((fault, now_us));
+                let is_in_check = self.mode == Mode::MotorCheck;
+                self.is_noise_fault = expect::is_noise_fault(fault, is_in_check, self.case);
             }
             self.mode = mode;
         }
@@ -301,7 +305,7 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
                 let is_of_kind = expectations.iter().any(|(kind, expectation)| {
                     expect::is_fault_expected(*kind, fault, case) && is_allowed(*expectation)
                 });
-                outcome.is_fault_expected = is_of_kind || expect::is_noise_fault(fault, case);
+                outcome.is_fault_expected = is_of_kind || self.is_noise_fault;
                 outcome.fault = Some(enum_names::fault(fault).into());
                 let from_us = from_us.or(self.first_us).unwrap_or(0);
                 outcome.detected_ms = Some(at_us.saturating_sub(from_us) as f64 * 1e-3);
@@ -321,12 +325,6 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
                     !expectations.iter().any(is_required) && !outcome.is_harmed;
             }
         }
-    }
-
-    /// Whether the fault is one of the motor check for the noise alone.
-    fn is_too_noisy(&self) -> bool {
-        self.fault
-            .is_some_and(|(fault, _)| expect::is_noise_fault(fault, self.case))
     }
 
     /// Clears the fault, and checks that the board becomes idle, as one without a fault must.

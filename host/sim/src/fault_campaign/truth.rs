@@ -16,8 +16,8 @@
 //! # Distance
 //!
 //! While a reference drives the motors, no joint may be further than [`FAR_RAD`] from it for
-//! more than [`FAR_US`]. During the motor check, which nobody has commanded, no joint may
-//! move by more than [`CHECK_RAD`]: an arm that is checked needs no more room.
+//! more than [`FAR_US`]. The motor check may move no joint by more than [`CHECK_RAD`]: no
+//! motion has been commanded then.
 //!
 //! # Exempt
 //!
