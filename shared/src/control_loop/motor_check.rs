@@ -15,7 +15,8 @@
 //! 1 kHz a check takes 260 ms; at longer periods the [pulses](pattern) are repeated until there
 //! are enough samples. A joint that does not move, and joints that look swapped, are tested a
 //! second time before that is a fault. Beyond [`CHECK_PERIOD_MAX_US`] the arm would fall
-//! meanwhile, and is armed unchecked.
+//! meanwhile: the board refuses to arm until a check at a shorter period, or
+//! `limits.check_rad_s2` 0.
 //!
 //! Where the limits of the host leave too little torque to move a joint, or to tell the joints
 //! apart, the arm is armed, and checked again at the next arming, until a check is conclusive:
