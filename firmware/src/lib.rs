@@ -5,9 +5,9 @@
 //! emergency stop.
 //!
 //! ```text
-//!  interrupt executor, highest priority          thread mode
+//!  interrupt handler, high priority              thread mode
 //!  +-----------------------------------+         +-----------------------+
-//!  | tasks::real_time: the tick        |  chan-  | tasks::link: the host |
+//!  | tasks::RealTimeLoop: the tick     |  chan-  | tasks::link: the host |
 //!  | poll -> decide -> publish -> feed | nels    | tasks::client, log    |
 //!  +-----------------------------------+ <-----> +-----------------------+
 //!     |  woken by bus bytes and alarm                 |  USB or UART
@@ -19,6 +19,7 @@
 //! | [`ring`]  | bytes from an interrupt to a task, without locks         |
 //! | [`port`]  | a buffered serial port for the bus master                |
 //! | [`tasks`] | the loops, the same on every board                       |
+//! | [`handler_cell`] | state of an interrupt handler                     |
 //! | [`stop`]  | the stop sequence by polling, after a failure            |
 //! | [`crash`] | crash handling and crash record                          |
 //! | [`settings`] | persistent settings                                   |
@@ -35,6 +36,7 @@
 
 pub mod board;
 pub mod crash;
+pub mod handler_cell;
 pub mod image_crc;
 pub mod port;
 pub mod ring;

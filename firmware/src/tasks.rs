@@ -1,7 +1,7 @@
 //! The loops of the bridge, the same on every board.
 //!
-//! [`real_time`] runs in an interrupt executor above everything but the
-//! handlers that move single bytes; [`link`] and [`mod@client`] run in thread mode.
+//! [`RealTimeLoop`] runs in an interrupt handler above everything but the handlers of the
+//! bus; [`link`] and [`mod@client`] are tasks of an executor, in thread mode.
 //! They share only the channels behind [`Bridge`], [`LinkPort`] and [`PortEnd`],
 //! and [`Signals`].
 //!
@@ -45,4 +45,4 @@ pub use client::client;
 pub use host_link::link;
 pub use signals::Signals;
 pub use stream::{FromClient, FromHost, LineChanges, ToHost};
-pub use tick::{RealTime, real_time};
+pub use tick::{RealTime, RealTimeLoop, Wait};

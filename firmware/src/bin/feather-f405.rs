@@ -18,13 +18,13 @@ use armbridge_firmware::image_crc;
 use armbridge_firmware::port::Port;
 use armbridge_firmware::settings;
 use armbridge_firmware::stack;
-use armbridge_firmware::tasks::{self, Signals};
+use armbridge_firmware::tasks::{self, RealTimeLoop, Signals};
 use armbridge_shared::bridge::gateway::PortEnd;
-use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkPort, QueueWatch};
+use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkPort};
 use armbridge_shared::link::message::{BoardReport, Mode, Settings};
 use armbridge_shared::store::Store;
 use defmt_rtt as _;
-use embassy_executor::{Executor, InterruptExecutor, Spawner};
+use embassy_executor::{Executor, Spawner};
 use embassy_futures::select::{Either, select};
 use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
@@ -38,7 +38,6 @@ static CHANNELS: ConstStaticCell<Channels> = ConstStaticCell::new(Channels::new(
 static BRIDGE: StaticCell<BoardBridge> = StaticCell::new();
 static PORT: StaticCell<LinkPort<'static>> = StaticCell::new();
 static STORE: StaticCell<Store<Sectors>> = StaticCell::new();
-static TICK: InterruptExecutor = InterruptExecutor::new();
 static THREAD: StaticCell<Executor> = StaticCell::new();
 static SIGNALS: Signals = Signals::new();
 
@@ -67,6 +66,7 @@ fn start(thread: Spawner) {
     let report = memory::begin(reset_cause());
 
     let chip = embassy_stm32::init(config());
+    time::start();
     if let Some(mut core) = cortex_m::Peripherals::take() {
         core.DCB.enable_trace();
         core.DWT.enable_cycle_counter();
@@ -83,7 +83,6 @@ fn start(thread: Spawner) {
 
     bus::enable();
     interrupt::USART3.set_priority(Priority::P0);
-    interrupt::UART5.set_priority(Priority::P1);
     interrupt::OTG_FS.set_priority(Priority::P3);
     // SAFETY: its handler is in place, and no critical section that masks less
     // than all interrupts is in use.
@@ -92,12 +91,11 @@ fn start(thread: Spawner) {
     let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_US);
     watchdog.unleash();
     let (tick_end, link_end, client_end) = CHANNELS.take().split();
-    let spawner = TICK.start(interrupt::UART5);
     let board = Board::new(watchdog, Input::new(chip.PB8, Pull::Up));
     let watch = tick_end.watch();
     let bridge = build(tick_end, &settings);
     let supply = SupplyPin::take();
-    spawner.spawn(tick(bridge, watch, board, supply).expect("spawned once"));
+    time::start_tick(RealTimeLoop::new(bridge, watch, board, supply, &SIGNALS));
 
     let Ports {
         device,
@@ -115,13 +113,6 @@ fn start(thread: Spawner) {
     thread.spawn(show_mode(light).expect("spawned once"));
 }
 
-#[embassy_stm32::interrupt]
-fn UART5() {
-    // SAFETY: this is the executor's interrupt handler, and the interrupt is
-    // only let through by `TICK.start`.
-    unsafe { TICK.on_interrupt() };
-}
-
 /// Builds the bridge in its static cell. Not inlined: a copy is on the stack until it
 /// is moved.
 ///
@@ -134,16 +125,6 @@ fn build(end: BridgeEnd<'static>, settings: &Settings) -> &'static mut BoardBrid
         let bridge = Bridge::new(Port(BusLine), Direction, end, time::now_us(), settings);
         bridge.unwrap_or_else(|_| panic!("the settings have no controller"))
     })
-}
-
-#[embassy_executor::task]
-async fn tick(
-    bridge: &'static mut BoardBridge,
-    watch: QueueWatch<'static>,
-    board: Board,
-    supply: SupplyPin,
-) -> ! {
-    tasks::real_time(bridge, watch, board, supply, &SIGNALS).await
 }
 
 #[embassy_executor::task]
@@ -170,8 +151,15 @@ async fn serve_client(
     to_client: ToSerial,
     changes: Changes,
 ) -> ! {
-    let wake = || bus::ACTIVITY.signal(());
-    tasks::client(client, from_client, to_client, changes, wake, &SIGNALS).await
+    tasks::client(
+        client,
+        from_client,
+        to_client,
+        changes,
+        time::wake,
+        &SIGNALS,
+    )
+    .await
 }
 
 /// Logs the mode and shows it by a light: it blinks fast during the search, slowly when

@@ -6,7 +6,7 @@
 use armbridge_firmware::board::mps2_an386::bus::{BusLine, NoPin};
 use armbridge_firmware::board::mps2_an386::crash::reset_cause;
 use armbridge_firmware::board::mps2_an386::flash::{self, Flash};
-use armbridge_firmware::board::mps2_an386::interrupt::{self, Irq, REST, TICK};
+use armbridge_firmware::board::mps2_an386::interrupt::{self, Irq, REST};
 use armbridge_firmware::board::mps2_an386::link::{NoChanges, Stream};
 use armbridge_firmware::board::mps2_an386::real_time::{self, Board};
 use armbridge_firmware::board::mps2_an386::semihosting::Arguments;
@@ -19,9 +19,9 @@ use armbridge_firmware::image_crc;
 use armbridge_firmware::port::Port;
 use armbridge_firmware::settings;
 use armbridge_firmware::stack;
-use armbridge_firmware::tasks::{self, Signals};
+use armbridge_firmware::tasks::{self, RealTimeLoop, Signals};
 use armbridge_shared::bridge::gateway::PortEnd;
-use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkPort, QueueWatch};
+use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkPort};
 use armbridge_shared::link::message::{BoardReport, Settings};
 use armbridge_shared::store::Store;
 use static_cell::{ConstStaticCell, StaticCell};
@@ -93,8 +93,8 @@ fn start(arguments: &Arguments) {
     let watch = tick_end.watch();
     let bridge = build(tick_end, &settings);
     // The tick first: it must be waiting when lockstep begins.
-    let spawner = TICK.start(Irq::Tick);
-    spawner.spawn(tick(bridge, watch).expect("spawned once"));
+    let supply = SupplyPin::take();
+    real_time::start_tick(RealTimeLoop::new(bridge, watch, Board, supply, &SIGNALS));
     let spawner = REST.start(Irq::Rest);
     spawner.spawn(log_mode().expect("spawned once"));
     let port = PORT.init_with(|| LinkPort::new(link_end, report, settings));
@@ -118,11 +118,6 @@ fn build(end: BridgeEnd<'static>, settings: &Settings) -> &'static mut BoardBrid
         let bridge = Bridge::new(Port(BusLine), NoPin, end, clock::now_us(), settings);
         bridge.unwrap_or_else(|_| panic!("the settings have no controller"))
     })
-}
-
-#[embassy_executor::task]
-async fn tick(bridge: &'static mut BoardBridge, watch: QueueWatch<'static>) -> ! {
-    tasks::real_time(bridge, watch, Board, SupplyPin::take(), &SIGNALS).await
 }
 
 #[embassy_executor::task]

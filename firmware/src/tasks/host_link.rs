@@ -12,9 +12,9 @@ use embassy_futures::select::{Either, select};
 use embedded_storage::nor_flash::NorFlash;
 
 /// Moves bytes between the host and `port`, for ever, and settings to `store`. Both
-/// are borrowed for the same reason as the bridge of [`real_time`](super::real_time). A
-/// host that does not read delays only this loop, which still takes what the host
-/// sends. `watch` returns the use of the stack when it has grown.
+/// are borrowed: a future stores an argument twice, as argument and as variable. A
+/// host that does not read delays only this loop, which still takes what the host sends.
+/// `watch` returns the use of the stack when it has grown.
 pub async fn link(
     port: &mut LinkPort<'_>,
     mut from_host: impl FromHost,

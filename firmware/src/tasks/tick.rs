@@ -1,14 +1,25 @@
 //! The real-time loop: the stop switch, the tick, the servos' supply, and feeding of the
 //! watchdog.
+//!
+//! It is a state machine in an interrupt handler. A board calls [`RealTimeLoop::run`] at each
+//! of three kinds of events, and nothing else advances the tick:
+//!
+//! | event                                  | in a tick with Morpheus servos at 1 kHz     |
+//! |----------------------------------------|---------------------------------------------|
+//! | the alarm at [`Wait::until_us`]        | the period begins; CYCLE is due; time-out of the replies |
+//! | [`Wait::bytes`] bytes from the bus, or an error of its receiver | the replies are complete |
+//! | bytes from the client of the transparent port | none                                 |
+//!
+//! There is no executor and no queue of timers between an event and the tick, and an alarm
+//! replaces the one before. A call without an event does no harm.
 
 use super::signals::Signals;
 use crate::crash::memory;
 use armbridge_shared::bridge::supply::SupplyPermission;
 use armbridge_shared::bridge::{Bridge, Progress, QueueWatch};
-use armbridge_shared::link::message::StopSource;
+use armbridge_shared::link::message::{Mode, StopSource};
 use armbridge_shared::servo::port::SetBaud;
 use core::convert::Infallible;
-use core::future::Future;
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial;
 
@@ -23,11 +34,6 @@ pub trait RealTime {
     /// Time since [`Self::start_stopwatch`] in ns; wrong beyond 4 s.
     fn stopwatch_ns(&self) -> u32;
 
-    /// Waits for bus activity (a byte, the end of a transmission) or until
-    /// `until_us`, whichever is first. May return early. Fewer bytes than
-    /// `bytes_wanted` need not end the wait; with `None` no bytes need to.
-    fn wait(&mut self, until_us: u64, bytes_wanted: Option<usize>) -> impl Future<Output = ()>;
-
     /// Feeds the watchdog after a good tick.
     fn note_good_tick(&mut self);
 
@@ -36,64 +42,110 @@ pub trait RealTime {
     fn is_stop_pressed(&mut self) -> bool;
 }
 
-/// Runs the tick, for ever. `watch` is that of the bridge's end of the queues; `supply` is high
-/// while servos may have power.
-///
-/// The bridge is borrowed: a future stores an argument twice, as argument and as
-/// variable, and the bridge would be built on the stack first.
-pub async fn real_time<S, D, B, P>(
-    bridge: &mut Bridge<'_, S, D>,
-    mut watch: QueueWatch<'_>,
-    mut board: B,
-    mut supply: P,
-    signals: &Signals,
-) -> !
+/// Condition of the next run: a time, or a number of bytes from the bus, whichever is first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Wait {
+    /// Latest time, in µs.
+    pub until_us: u64,
+    /// Number of received bytes, if any: fewer need not end the wait.
+    pub bytes: Option<usize>,
+}
+
+/// See the [module](self).
+pub struct RealTimeLoop<'a, S, D, B, P> {
+    bridge: &'a mut Bridge<'a, S, D>,
+    watch: QueueWatch<'a>,
+    board: B,
+    supply: P,
+    signals: &'a Signals,
+    /// The mode as signalled last.
+    mode: Option<Mode>,
+}
+
+impl<'a, S, D, B, P> RealTimeLoop<'a, S, D, B, P>
 where
     S: serial::Read<u8> + serial::Write<u8> + SetBaud,
     D: OutputPin,
     B: RealTime,
     P: OutputPin<Error = Infallible>,
 {
-    let mut mode = None;
-    loop {
-        let is_stop_pressed = board.is_stop_pressed();
-        if is_stop_pressed {
-            bridge.emergency_stop(StopSource::Pin);
+    /// A loop that has not run yet. `watch` is that of the bridge's end of the queues;
+    /// `supply` is high while servos may have power.
+    pub fn new(
+        bridge: &'a mut Bridge<'a, S, D>,
+        watch: QueueWatch<'a>,
+        board: B,
+        supply: P,
+        signals: &'a Signals,
+    ) -> Self {
+        Self {
+            bridge,
+            watch,
+            board,
+            supply,
+            signals,
+            mode: None,
         }
-        let progress = poll(bridge, board.now_us());
-        // A fault that the host clears while the switch is open is back in the next iteration.
-        let permission = match bridge.supply() {
-            SupplyPermission::On if !is_stop_pressed => SupplyPermission::On,
-            _ => SupplyPermission::Off,
-        };
-        let Ok(()) = supply.set_state(permission.into());
-        memory::set_tick(bridge.tick());
-        match progress {
-            // Torque is off and the bus makes progress: counts as a good tick.
-            Ok(Progress::Searching) => board.note_good_tick(),
-            Ok(Progress::Served) => {}
-            Ok(Progress::Sampled) => {
-                board.start_stopwatch();
-                decide(bridge);
-                let compute_ns = board.stopwatch_ns();
-                if publish(bridge, compute_ns) {
-                    board.note_good_tick();
-                }
+    }
+
+    /// Runs until there is nothing to do but wait. Never blocks; a call ends, because each
+    /// iteration ends a transaction or a step of one.
+    pub fn run(&mut self) -> Wait {
+        loop {
+            let Self {
+                bridge,
+                board,
+                supply,
+                ..
+            } = self;
+            let is_stop_pressed = board.is_stop_pressed();
+            if is_stop_pressed {
+                bridge.emergency_stop(StopSource::Pin);
             }
-            Err(nb::Error::WouldBlock) => {
-                if watch.has_link_activity() {
-                    signals.frame_ready.signal(());
+            let progress = poll(bridge, board.now_us());
+            // A fault that the host clears while the switch is open is back in the next iteration.
+            let permission = match bridge.supply() {
+                SupplyPermission::On if !is_stop_pressed => SupplyPermission::On,
+                _ => SupplyPermission::Off,
+            };
+            let Ok(()) = supply.set_state(permission.into());
+            memory::set_tick(bridge.tick());
+            match progress {
+                // Torque is off and the bus makes progress: counts as a good tick.
+                Ok(Progress::Searching) => board.note_good_tick(),
+                Ok(Progress::Served) => {}
+                Ok(Progress::Sampled) => {
+                    board.start_stopwatch();
+                    decide(bridge);
+                    let compute_ns = board.stopwatch_ns();
+                    if publish(bridge, compute_ns) {
+                        board.note_good_tick();
+                    }
                 }
-                if watch.has_client_activity() {
-                    signals.client_bytes.signal(());
+                Err(nb::Error::WouldBlock) => {
+                    self.notify();
+                    return Wait {
+                        until_us: self.bridge.wake_at_us(),
+                        bytes: self.bridge.bytes_wanted(),
+                    };
                 }
-                if mode != Some(bridge.mode()) {
-                    mode = Some(bridge.mode());
-                    signals.mode.signal(bridge.mode());
-                }
-                board.wait(bridge.wake_at_us(), bridge.bytes_wanted()).await;
+                Err(nb::Error::Other(never)) => match never {},
             }
-            Err(nb::Error::Other(never)) => match never {},
+        }
+    }
+
+    /// Signals to the loops in thread mode what has changed for them.
+    fn notify(&mut self) {
+        if self.watch.has_link_activity() {
+            self.signals.frame_ready.signal(());
+        }
+        if self.watch.has_client_activity() {
+            self.signals.client_bytes.signal(());
+        }
+        let mode = self.bridge.mode();
+        if self.mode != Some(mode) {
+            self.mode = Some(mode);
+            self.signals.mode.signal(mode);
         }
     }
 }
@@ -136,9 +188,8 @@ where
 mod tests {
     use super::*;
     use armbridge_shared::bridge::Channels;
-    use armbridge_shared::link::message::{Fault, Mode, Settings};
+    use armbridge_shared::link::message::{Fault, Settings};
     use core::cell::Cell;
-    use embassy_futures::poll_once;
 
     /// A bus without servos: it takes every byte and returns none.
     struct EmptyBus;
@@ -214,10 +265,6 @@ mod tests {
             0
         }
 
-        async fn wait(&mut self, _until_us: u64, _bytes_wanted: Option<usize>) {
-            core::future::pending::<()>().await;
-        }
-
         fn note_good_tick(&mut self) {}
 
         fn is_stop_pressed(&mut self) -> bool {
@@ -240,13 +287,9 @@ mod tests {
             };
             let signals = Signals::new();
             let is_powered = Cell::new(None);
-            let _ = poll_once(real_time(
-                &mut bridge,
-                watch,
-                Switch(is_pressed),
-                Output(&is_powered),
-                &signals,
-            ));
+            let supply = Output(&is_powered);
+            let switch = Switch(is_pressed);
+            RealTimeLoop::new(&mut bridge, watch, switch, supply, &signals).run();
             assert_eq!(signals.mode.try_take(), Some(mode));
             assert_eq!(is_powered.get(), Some(!is_pressed));
         }

@@ -15,7 +15,7 @@ const MISSING: &str = "a_panic_can_be_reached";
 
 /// Functions with a planted panic: one that each loop waits for.
 const PLANTED: [&str; 3] = [
-    "tasks::tick::real_time",
+    "tasks::tick::RealTimeLoop",
     "tasks::host_link::link",
     "tasks::client::client",
 ];

@@ -5,7 +5,7 @@
 //! which lowers the direction pin; a servo may speak 45 µs later. Received bytes
 //! wake it when their expected number is reached (see [`crate::port`]).
 
-use super::CORE_MHZ;
+use super::{CORE_MHZ, PCLK1_MHZ, time};
 use crate::crash::memory;
 use crate::port::{Buffers, Line, LineError};
 use crate::stop::PolledUart;
@@ -15,8 +15,6 @@ use embassy_stm32::interrupt;
 use embassy_stm32::pac::gpio::vals::{Moder, Ospeedr, Pupdr};
 use embassy_stm32::pac::rcc::vals::Sw;
 use embassy_stm32::pac::{GPIOB, GPIOC, RCC, USART3};
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::signal::Signal;
 use embedded_hal::digital::{ErrorType, OutputPin};
 
 /// PB10 and PB11 are USART3 as alternate function 7 (data sheet, table 9).
@@ -26,16 +24,11 @@ const USART3_FUNCTION: u8 = 7;
 /// Direction pin: PC6.
 const DIRECTION_PIN: usize = 6;
 
-/// Clock of USART3 in MHz: APB1 as [`super::config`] sets it.
-const PCLK1_MHZ: u32 = 42;
 /// Core, APB1 and all else after a reset run at the internal oscillator's
 /// 16 MHz (section 7.2.2).
 const RESET_MHZ: u32 = 16;
 
 static BUFFERS: Buffers = Buffers::new();
-
-/// Signal that the expected bytes have come, or a transmission has ended.
-pub static ACTIVITY: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
 /// Enables port and pins, at the clocks in force.
 pub fn enable() {
@@ -129,7 +122,7 @@ fn USART3() {
             BUFFERS.report_error(LineError::Overrun);
         }
         if BUFFERS.is_due() {
-            ACTIVITY.signal(());
+            time::wake();
         }
     }
     let enabled = USART3.cr1().read();
@@ -145,7 +138,7 @@ fn USART3() {
         }
     } else if enabled.tcie() && status.tc() {
         USART3.cr1().modify(|w| w.set_tcie(false));
-        ACTIVITY.signal(());
+        time::wake();
     }
 }
 

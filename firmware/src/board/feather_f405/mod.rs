@@ -19,8 +19,8 @@
 //!
 //! | priority | handler                                                   |
 //! |----------|-----------------------------------------------------------|
-//! | 0        | bus bytes (USART3) and alarm (TIM2): a few instructions each |
-//! | 1        | the tick (vector of UART5, which is not used)             |
+//! | 0        | bus bytes (USART3), a few instructions each; embassy's timer (TIM2), for the LED alone |
+//! | 1        | the tick (TIM5)                                           |
 //! | 3        | USB                                                       |
 //! | thread   | link, log over RTT, LED                                   |
 //!
@@ -67,6 +67,8 @@ use embassy_stm32::time::Hertz;
 
 /// Clock of the core in MHz, once [`config`] is in force.
 pub const CORE_MHZ: u32 = 168;
+/// Clock of APB1 and of USART3 on it, in MHz. Its timers run at twice that.
+pub const PCLK1_MHZ: u32 = 42;
 
 /// Clocks: the greatest the chip allows (section 7.2), 48 MHz for USB exactly.
 pub fn config() -> Config {

@@ -1,21 +1,80 @@
-//! Time: embassy's, on TIM2 at 1 MHz; the stopwatch is the cycle counter.
+//! Time and tick: the clock on TIM5, the tick in its interrupt handler, the stopwatch on the
+//! cycle counter.
+//!
+//! TIM5 is for the tick alone; tasks in thread mode wait with embassy's timers, on TIM2. What
+//! else starts the tick, the bus and a client, makes TIM5's interrupt pending.
 
-use super::{CORE_MHZ, bus};
-use crate::tasks::RealTime;
+use super::bus::{self, BusLine, Direction};
+use super::supply::SupplyPin;
+use super::{CORE_MHZ, PCLK1_MHZ};
+use crate::board::stm32::clock::Clock;
+use crate::handler_cell::HandlerCell;
+use crate::port::Port;
+use crate::tasks::{RealTime, RealTimeLoop};
 use cortex_m::peripheral::DWT;
-use embassy_futures::select::select;
 use embassy_stm32::gpio::Input;
+use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+use embassy_stm32::pac::{RCC, TIM5};
 use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_time::{Instant, Timer};
 
 /// Longest interval between polls of the emergency stop, in µs.
-pub const STOP_LOOK_US: u64 = 1_000;
+pub const STOP_LOOK_US: u32 = 1_000;
 
 /// A transmission ends with an interrupt. Its end as computed comes some µs before it,
 /// at which the tick would have nothing to do; this margin wakes the tick
 /// only if the interrupt is lost.
 const SENT_GRACE_US: u64 = 50;
+
+/// The tick of this board.
+pub type Tick = RealTimeLoop<'static, Port<BusLine>, Direction, Board, SupplyPin>;
+
+static CLOCK: Clock = Clock::new(TIM5);
+static TICK: HandlerCell<Tick> = HandlerCell::new();
+
+/// Starts the clock, at the clocks of [`super::config`].
+pub fn start() {
+    RCC.apb1enr().modify(|w| w.set_tim5en(true));
+    // Reading back makes sure that the clock is on (section 7.2.13).
+    let _ = RCC.apb1enr().read();
+    // APB1 is divided.
+    CLOCK.start(2 * PCLK1_MHZ as u16);
+}
+
+/// Time since [`start`] in µs.
+pub fn now_us() -> u64 {
+    CLOCK.now_us()
+}
+
+/// Starts the tick, which runs at once.
+pub fn start_tick(tick: Tick) {
+    TICK.put(tick);
+    interrupt::TIM5.set_priority(Priority::P1);
+    wake();
+    // SAFETY: its handler is in place and its state too, and no critical section that masks
+    // less than all interrupts is in use.
+    unsafe { interrupt::TIM5.enable() };
+}
+
+/// Lets the tick run as soon as priorities permit.
+pub fn wake() {
+    interrupt::TIM5.pend();
+}
+
+/// The tick's interrupt handler.
+#[embassy_stm32::interrupt]
+fn TIM5() {
+    CLOCK.clear_alarm();
+    let Some(wait) = TICK.with(RealTimeLoop::run) else {
+        return;
+    };
+    let grace_us = if bus::is_sending() { SENT_GRACE_US } else { 0 };
+    let until_us = wait.until_us.saturating_add(grace_us);
+    // What has come since the tick looked starts it again.
+    if bus::expect(wait.bytes) || !CLOCK.set_alarm(until_us, STOP_LOOK_US) {
+        wake();
+    }
+}
 
 /// The board for the real-time loop.
 pub struct Board {
@@ -36,11 +95,6 @@ impl Board {
     }
 }
 
-/// Time since boot in µs.
-pub fn now_us() -> u64 {
-    Instant::now().as_micros()
-}
-
 impl RealTime for Board {
     fn now_us(&self) -> u64 {
         now_us()
@@ -54,25 +108,6 @@ impl RealTime for Board {
         let cycles = DWT::cycle_count().wrapping_sub(self.begun);
         let ns = u64::from(cycles) * 1000 / u64::from(CORE_MHZ);
         u32::try_from(ns).unwrap_or(u32::MAX)
-    }
-
-    async fn wait(&mut self, until_us: u64, bytes_wanted: Option<usize>) {
-        if bus::expect(bytes_wanted) {
-            return;
-        }
-        let until_us = if bus::is_sending() {
-            until_us.saturating_add(SENT_GRACE_US)
-        } else {
-            until_us
-        };
-        let until_us = until_us.min(now_us() + STOP_LOOK_US);
-        // In this order: a timer that is polled after the bus has woken the tick
-        // would be set once more.
-        select(
-            bus::ACTIVITY.wait(),
-            Timer::at(Instant::from_micros(until_us)),
-        )
-        .await;
     }
 
     fn note_good_tick(&mut self) {

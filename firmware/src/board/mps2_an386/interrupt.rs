@@ -42,7 +42,7 @@ pub enum Irq {
     Alarm = 9,
     /// Software interrupt of the executor of all other tasks.
     Rest = 30,
-    /// Software interrupt of the tick's executor.
+    /// Software interrupt of the tick.
     Tick = 31,
 }
 
@@ -56,13 +56,11 @@ unsafe impl InterruptNumber for Irq {
     }
 }
 
-/// Executor of the tick.
-pub static TICK: InterruptExecutor = InterruptExecutor::new();
 /// Executor of all other tasks.
 pub static REST: InterruptExecutor = InterruptExecutor::new();
 
-/// Sets priorities and unmasks interrupts, except for those of
-/// the executors, which unmask theirs when they start.
+/// Sets priorities and unmasks interrupts, except for those of the tick and of the executor,
+/// which unmask theirs when they start.
 pub fn enable(nvic: &mut NVIC) {
     let priorities = [
         (Irq::BusRx, 0),
@@ -116,13 +114,12 @@ extern "C" fn alarm() {
 }
 
 extern "C" fn tick() {
-    // SAFETY: this is the executor's interrupt handler, and the interrupt is
-    // only let through by `TICK.start`.
-    unsafe { TICK.on_interrupt() };
+    real_time::on_tick();
 }
 
 extern "C" fn rest() {
-    // SAFETY: as for the tick, with `REST.start`.
+    // SAFETY: this is the executor's interrupt handler, and the interrupt is
+    // only let through by `REST.start`.
     unsafe { REST.on_interrupt() };
 }
 

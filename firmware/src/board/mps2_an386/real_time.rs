@@ -1,4 +1,7 @@
-//! The board for the real-time loop: alarm, stopwatch and stop switch.
+//! The tick and the board for it: alarm, stopwatch and stop switch.
+//!
+//! The tick runs in the handler of a software interrupt, which alarm, bus, client and bench make
+//! pending.
 //!
 //! TIMER1 is the alarm while the real-time loop waits, and its stopwatch while it
 //! decides. The stopwatch starts on a whole cycle, so that the same instructions always
@@ -7,22 +10,73 @@
 //! In lockstep the alarm does not matter: the next grant wakes the real-time loop (see
 //! [`super::lockstep`]).
 
+use super::bus::{BusLine, NoPin};
+use super::interrupt::Irq;
+use super::supply::SupplyPin;
 use super::timer::TIMER1;
 use super::{BUS, CLOCK_MHZ, bus, clock, fault_injection, watchdog};
-use crate::tasks::RealTime;
+use crate::handler_cell::HandlerCell;
+use crate::port::Port;
+use crate::tasks::{RealTime, RealTimeLoop, Wait};
 use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, Ordering};
+use cortex_m::peripheral::NVIC;
 use critical_section::Mutex;
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::signal::Signal;
 
 /// In lockstep: end of the wait of the real-time loop, in µs, and the number of bytes
 /// that ends it earlier.
 static WAITS_FOR: Mutex<Cell<(u64, Option<u16>)>> = Mutex::new(Cell::new((0, None)));
 /// In lockstep: state of the stop switch, from the bench.
 static STOP_PRESSED: AtomicBool = AtomicBool::new(false);
-/// Wakes the real-time loop.
-static WAKE: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+/// The tick of this board.
+pub type Tick = RealTimeLoop<'static, Port<BusLine>, NoPin, Board, SupplyPin>;
+
+static TICK: HandlerCell<Tick> = HandlerCell::new();
+
+/// Starts the tick, which runs at once.
+pub fn start_tick(tick: Tick) {
+    TICK.put(tick);
+    wake();
+    // SAFETY: the handler is in place and its state too, and no critical section relies on
+    // priorities.
+    unsafe { NVIC::unmask(Irq::Tick) };
+}
+
+/// Lets the tick run as soon as priorities permit.
+pub fn wake() {
+    NVIC::pend(Irq::Tick);
+    // The interrupt is taken here, if it can be, and not some instructions later.
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
+}
+
+/// The tick's interrupt handler.
+pub fn on_tick() {
+    if let Some(wait) = TICK.with(RealTimeLoop::run) {
+        wait_for(wait);
+    }
+}
+
+/// Sets the alarm and the number of bytes that start the tick again.
+fn wait_for(Wait { until_us, bytes }: Wait) {
+    let now_us = clock::now_us();
+    // The end of a transmission counts as bus activity.
+    let until_us = bus::sent_at_us(now_us).map_or(until_us, |sent_us| sent_us.min(until_us));
+    if clock::is_lockstep() {
+        let bytes = bytes.and_then(|wanted| u16::try_from(wanted).ok());
+        critical_section::with(|cs| WAITS_FOR.borrow(cs).set((until_us, bytes)));
+        return;
+    }
+    let us = until_us.saturating_sub(now_us);
+    if us == 0 || BUS.buffers().expect(bytes) {
+        wake();
+        return;
+    }
+    TIMER1.stop();
+    // Waking early, after 171 s, does no harm.
+    let cycles = u32::try_from(us.saturating_mul(u64::from(clock::cycles_per_us())));
+    TIMER1.interrupt_after(cycles.unwrap_or(u32::MAX));
+}
 
 /// In lockstep: end of the wait of the real-time loop, in µs, and the number of bytes
 /// that ends it earlier.
@@ -34,26 +88,21 @@ pub fn waits_for() -> (u64, Option<u16>) {
 pub fn grant(now_us: u64, is_stop_pressed: bool) {
     STOP_PRESSED.store(is_stop_pressed, Ordering::Relaxed);
     clock::grant(now_us);
-    WAKE.signal(());
+    wake();
 }
 
 /// Handles received bytes in the bus's RX interrupt. In lockstep bytes count only once they
 /// are granted.
 pub fn on_bus_activity() {
     if BUS.buffers().is_due() && !clock::is_lockstep() {
-        WAKE.signal(());
+        wake();
     }
-}
-
-/// Wakes the real-time loop: the client has sent bytes.
-pub fn wake() {
-    WAKE.signal(());
 }
 
 /// The alarm interrupt's handler.
 pub fn on_alarm() {
     TIMER1.stop();
-    WAKE.signal(());
+    wake();
 }
 
 /// The board for the real-time loop.
@@ -65,7 +114,7 @@ impl RealTime for Board {
         clock::now_us()
     }
 
-    /// Replaces the alarm, which is no longer needed; `wait` sets the next one.
+    /// Replaces the alarm, which is no longer needed; the next one is set after the tick.
     fn start_stopwatch(&mut self) {
         TIMER1.stop();
         TIMER1.count();
@@ -74,26 +123,6 @@ impl RealTime for Board {
     fn stopwatch_ns(&self) -> u32 {
         const CYCLE_NS: u32 = 1000 / CLOCK_MHZ;
         TIMER1.elapsed().saturating_mul(CYCLE_NS)
-    }
-
-    async fn wait(&mut self, until_us: u64, bytes_wanted: Option<usize>) {
-        let now_us = clock::now_us();
-        // The end of a transmission counts as bus activity.
-        let until_us = bus::sent_at_us(now_us).map_or(until_us, |sent_us| sent_us.min(until_us));
-        if clock::is_lockstep() {
-            let bytes = bytes_wanted.and_then(|wanted| u16::try_from(wanted).ok());
-            critical_section::with(|cs| WAITS_FOR.borrow(cs).set((until_us, bytes)));
-        } else {
-            let us = until_us.saturating_sub(now_us);
-            if us == 0 || BUS.buffers().expect(bytes_wanted) {
-                return;
-            }
-            TIMER1.stop();
-            // Waking early, after 171 s, does no harm.
-            let cycles = u32::try_from(us.saturating_mul(u64::from(clock::cycles_per_us())));
-            TIMER1.interrupt_after(cycles.unwrap_or(u32::MAX));
-        }
-        WAKE.wait().await;
     }
 
     fn note_good_tick(&mut self) {
