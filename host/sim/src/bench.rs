@@ -77,6 +77,29 @@ impl Bench {
         }
     }
 
+    /// Puts a byte on the wire at `start_ns`, or at the end of the byte before, at this rate:
+    /// for a board whose port is simulated with its own timing.
+    pub fn send_byte(&mut self, start_ns: u64, byte: u8, baud: u32) {
+        self.baud = baud.max(1);
+        let start_ns = self.line_free_ns.max(start_ns);
+        self.wire.send(start_ns, byte, self.baud);
+        self.line_free_ns = start_ns + BITS * bit_ns(self.baud);
+    }
+
+    /// Advances to `until_ns`, and appends the bytes from the servos to `received`.
+    pub fn advance_ns(&mut self, until_ns: u64, received: &mut Vec<ReceivedByte>) {
+        self.wire.advance(until_ns, &mut self.joints);
+        while let Some(byte) = self.wire.take_received() {
+            self.framing_errors += u64::from(byte.framing_error);
+            received.push(byte);
+        }
+    }
+
+    /// Time in ns of the next event of wire or servos; `u64::MAX` if there is none.
+    pub fn next_event_ns(&self) -> u64 {
+        self.wire.next_event_ns()
+    }
+
     /// End of the bytes that were put on the wire, in µs, rounded up.
     pub(crate) fn line_free_us(&self) -> u64 {
         self.line_free_ns.div_ceil(1_000)

@@ -1,0 +1,55 @@
+//! Power control (section 5): the programmable voltage detector, and the over-drive of the
+//! F446. Standby and stop modes are not modelled.
+
+const PVDE: u32 = 1 << 4;
+const ODEN: u32 = 1 << 16;
+const ODSWEN: u32 = 1 << 17;
+
+/// The block.
+#[derive(Clone, Debug)]
+pub struct Pwr {
+    control: u32,
+    status: u32,
+}
+
+impl Default for Pwr {
+    fn default() -> Self {
+        Self {
+            control: 0x0000_4000,
+            status: 0,
+        }
+    }
+}
+
+impl Pwr {
+    /// Whether the detector finds the supply too low: the thresholds on a falling supply
+    /// (data sheet, table 22).
+    pub fn is_low(&self, supply_mv: u32) -> bool {
+        let thresholds = [1_980, 2_130, 2_290, 2_440, 2_580, 2_690, 2_790, 2_890];
+        let threshold = thresholds[(self.control >> 5 & 7) as usize];
+        self.control & PVDE != 0 && supply_mv < threshold
+    }
+
+    /// Reads a register.
+    pub fn read(&self, offset: u32, supply_mv: u32) -> Option<u32> {
+        Some(match offset {
+            0x0 => self.control,
+            // The regulator is ready, over-drive as it was asked for.
+            0x4 => {
+                let over_drive = self.control & (ODEN | ODSWEN);
+                self.status | over_drive | 1 << 14 | u32::from(self.is_low(supply_mv)) << 2
+            }
+            _ => return None,
+        })
+    }
+
+    /// Writes a register; `None` if there is none.
+    pub fn write(&mut self, offset: u32, value: u32) -> Option<()> {
+        match offset {
+            0x0 => self.control = value,
+            0x4 => self.status = value & 0x300,
+            _ => return None,
+        }
+        Some(())
+    }
+}
