@@ -25,6 +25,7 @@
 //! | [`settings`] | persistent settings                                   |
 //! | [`image_crc`] | identity of the program                               |
 //! | [`stack`] | high-water mark of the stack                             |
+//! | `stack_guard` | no access below the stack                            |
 //! | [`board`] | drivers: one module and one binary per board             |
 //!
 //! There is no heap. Bytes from bus or link never lead to a panic: `bin/no-panic.rs`
@@ -42,5 +43,7 @@ pub mod port;
 pub mod ring;
 pub mod settings;
 pub mod stack;
+#[cfg(feature = "board")]
+pub mod stack_guard;
 pub mod stop;
 pub mod tasks;

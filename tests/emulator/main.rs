@@ -5,6 +5,7 @@
 
 mod agreement;
 mod faults;
+mod feather;
 mod gateway;
 mod instructions;
 mod replay;

@@ -316,6 +316,7 @@ fn emergency_stops_from_host_pin_and_flood_are_one_path() {
             StopSource::Flood => {
                 table.run.host.noise = (0..8_000_u32).map(|i| (i * 7 % 251) as u8).collect();
             }
+            StopSource::Crystal => unreachable!("a chip's, not of the bench"),
         }
         assert_eq!(table.fault(), Fault::EmergencyStop(source));
         table.run.is_stop_pressed = false;

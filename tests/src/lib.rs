@@ -9,6 +9,7 @@
 )]
 
 pub mod arms;
+pub mod board_image;
 pub mod cable;
 pub mod channel_host;
 pub mod command_host;

@@ -27,6 +27,11 @@ pub fn armbridge() -> PathBuf {
     program
 }
 
+/// The firmware image of this name.
+pub fn firmware(name: &str) -> PathBuf {
+    target().join("thumbv7em-none-eabihf/firmware").join(name)
+}
+
 /// The interpreter of the virtual environment that `cargo verify` makes for the Python
 /// clients.
 pub fn python() -> PathBuf {

@@ -6,18 +6,20 @@
 
 use armbridge_firmware::board::feather_f405::bus::{BusLine, Direction};
 use armbridge_firmware::board::feather_f405::crash::reset_cause;
-use armbridge_firmware::board::feather_f405::flash::Sectors;
+use armbridge_firmware::board::feather_f405::flash::{self, Sectors};
 use armbridge_firmware::board::feather_f405::supply::SupplyPin;
 use armbridge_firmware::board::feather_f405::time::{self, Board};
 use armbridge_firmware::board::feather_f405::usb::{
     Changes, FromSerial, FromUsb, Ports, ToSerial, ToUsb,
 };
 use armbridge_firmware::board::feather_f405::{bus, config, usb};
+use armbridge_firmware::board::stm32::{oscillator, voltage_detector, watchdog};
 use armbridge_firmware::crash::{self, WATCHDOG_US, memory};
 use armbridge_firmware::image_crc;
 use armbridge_firmware::port::Port;
 use armbridge_firmware::settings;
 use armbridge_firmware::stack;
+use armbridge_firmware::stack_guard;
 use armbridge_firmware::tasks::{self, RealTimeLoop, Signals};
 use armbridge_shared::bridge::gateway::PortEnd;
 use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkPort};
@@ -29,7 +31,6 @@ use embassy_futures::select::{Either, select};
 use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::peripherals::USB_OTG_FS;
-use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_time::Timer;
 use embassy_usb::UsbDevice;
 use static_cell::{ConstStaticCell, StaticCell};
@@ -49,6 +50,7 @@ defmt::timestamp!("{=u64:us}", time::now_us());
 #[cortex_m_rt::entry]
 fn main() -> ! {
     crash::stop_first();
+    usb::detach();
     stack::paint();
     THREAD.init(Executor::new()).run(start)
 }
@@ -65,14 +67,26 @@ fn main() -> ! {
 fn start(thread: Spawner) {
     let report = memory::begin(reset_cause());
 
-    let chip = embassy_stm32::init(config());
+    watchdog::start(watchdog::BOOT_US);
+    let has_crystal = oscillator::start();
+    let chip = embassy_stm32::init(config(has_crystal));
+    flash::accelerate();
+    voltage_detector::enable();
+    if has_crystal {
+        oscillator::watch();
+    }
     time::start();
     if let Some(mut core) = cortex_m::Peripherals::take() {
+        // Below RAM are the ROM loader and the option bytes, and 32 kB that nothing reads.
+        stack_guard::enable::<15>(&mut core.MPU);
         core.DCB.enable_trace();
         core.DWT.enable_cycle_counter();
     }
     defmt::info!("feather-f405, version {=str}", env!("CARGO_PKG_VERSION"));
     memory::log(&report);
+    if !has_crystal {
+        defmt::error!("the crystal does not oscillate: no motor is driven");
+    }
     let store = STORE.init(Store::new(Sectors::new(chip.FLASH)));
     let (settings, from) = settings::open(store);
     let report = BoardReport {
@@ -88,10 +102,9 @@ fn start(thread: Spawner) {
     // than all interrupts is in use.
     unsafe { interrupt::USART3.enable() };
 
-    let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_US);
-    watchdog.unleash();
+    watchdog::start(WATCHDOG_US);
     let (tick_end, link_end, client_end) = CHANNELS.take().split();
-    let board = Board::new(watchdog, Input::new(chip.PB8, Pull::Up));
+    let board = Board::new(has_crystal, Input::new(chip.PB8, Pull::Up));
     let watch = tick_end.watch();
     let bridge = build(tick_end, &settings);
     let supply = SupplyPin::take();

@@ -12,13 +12,14 @@ use armbridge_firmware::board::mps2_an386::real_time::{self, Board};
 use armbridge_firmware::board::mps2_an386::semihosting::Arguments;
 use armbridge_firmware::board::mps2_an386::supply::SupplyPin;
 use armbridge_firmware::board::mps2_an386::{
-    BUS, CLIENT, LINK, clock, fault_injection, lockstep, stack_guard, watchdog,
+    BUS, CLIENT, LINK, clock, fault_injection, lockstep, watchdog,
 };
 use armbridge_firmware::crash::{self, memory};
 use armbridge_firmware::image_crc;
 use armbridge_firmware::port::Port;
 use armbridge_firmware::settings;
 use armbridge_firmware::stack;
+use armbridge_firmware::stack_guard;
 use armbridge_firmware::tasks::{self, RealTimeLoop, Signals};
 use armbridge_shared::bridge::gateway::PortEnd;
 use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkPort};
@@ -69,7 +70,8 @@ fn start(arguments: &Arguments) {
         uart.enable();
     }
     if let Some(mut core) = cortex_m::Peripherals::take() {
-        stack_guard::enable(&mut core.MPU);
+        // From 0x1000_0000, where the RAM of code begins on this board but nothing is used.
+        stack_guard::enable::<28>(&mut core.MPU);
         interrupt::enable(&mut core.NVIC);
     }
     defmt::info!(

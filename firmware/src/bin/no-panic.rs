@@ -43,7 +43,7 @@ use armbridge_firmware::tasks::{
 use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
 use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkEnd, LinkPort};
 use armbridge_shared::link::frame::{Decoder, Encoder, Message};
-use armbridge_shared::link::message::{self, End, Stack};
+use armbridge_shared::link::message::{self, End, Stack, StopSource};
 use armbridge_shared::lockstep::{TimeGrant, TimeRequest};
 use armbridge_shared::servo::{morpheus, protocol1};
 use armbridge_shared::store::Store;
@@ -188,9 +188,9 @@ impl RealTime for Outside {
         black_box(());
     }
 
-    fn is_stop_pressed(&mut self) -> bool {
+    fn stop_source(&mut self) -> Option<StopSource> {
         planted();
-        any()
+        any::<bool>().then_some(StopSource::Pin)
     }
 }
 

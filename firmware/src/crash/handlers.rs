@@ -1,5 +1,5 @@
-//! The handlers that end the program: panic, hard fault, and a watchdog that
-//! interrupts before it resets.
+//! The handlers that end the program: panic, hard fault, the board's non-maskable
+//! interrupt, and what a board ends by itself.
 
 use super::frame::{FRAME_LEN, is_overflow, pc_address};
 use super::{memory, record};
@@ -48,6 +48,16 @@ fn stop_and_reset(cause: impl FnOnce() -> LastEnd, log: impl FnOnce(LastEnd)) ->
         board::reset(end.cause)
     }
     board::reset(End::Software)
+}
+
+/// Ends the program for a cause that is not its own.
+pub fn end(cause: End) -> ! {
+    let end = || LastEnd {
+        cause,
+        tick: memory::tick(),
+        ..LastEnd::default()
+    };
+    stop_and_reset(end, |end| defmt::error!("{}", end.cause))
 }
 
 #[panic_handler]
@@ -109,16 +119,15 @@ unsafe extern "C" fn HardFault() -> ! {
     )
 }
 
-/// The emulated board's watchdog, a whole period before it resets.
+/// The event of the board that cannot be masked ([`board::NMI`]).
 // SAFETY: as for the hard fault.
-#[cfg(feature = "mps2-an386")]
 #[unsafe(naked)]
 #[unsafe(no_mangle)]
 unsafe extern "C" fn NonMaskableInt() -> ! {
     core::arch::naked_asm!("b {fault}", fault = sym HardFault)
 }
 
-/// Handles a fault, or the watchdog's interrupt. `frame` is the stack pointer at its time.
+/// Handles a fault, or the non-maskable interrupt. `frame` is the stack pointer at its time.
 extern "C" fn fault(frame: u32, exception: u32) -> ! {
     let cause = || {
         let stack = stack::bounds();
@@ -130,7 +139,7 @@ extern "C" fn fault(frame: u32, exception: u32) -> ! {
         });
         LastEnd {
             cause: match exception {
-                NMI => End::Watchdog,
+                NMI => board::NMI,
                 _ if is_overflow(frame, status, &stack) => End::StackOverflow,
                 _ => End::HardFault,
             },

@@ -9,9 +9,11 @@
 //! ```text
 //!  panic ---------+   supply off,
 //!  hard fault ----+--> stop sequence --> record --> log --> reset --+
-//!  watchdog's NMI-+     |                                           |
-//!    (emulator)         | on a failure: reset at once, or           |
-//!  watchdog (board) --+ | the watchdog's                            |
+//!  crystal lost --+     |                                           |
+//!  supply sags ---+     | on a failure: reset at once, or           |
+//!  watchdog's NMI-+     | the watchdog's                            |
+//!    (emulator)         |                                           |
+//!  watchdog (board) --+ |                                           |
 //!  brown-out ---------+-+-------------------------------------------+
 //!  reset pin ---------+                                             v
 //!        stop sequence --> record read, reported --> watchdog on --> bridge
@@ -68,7 +70,7 @@ pub mod record;
 use armbridge_shared::bridge::limits::PERIOD_MAX_US;
 
 #[cfg(feature = "board")]
-pub use handlers::stop_first;
+pub use handlers::{end, stop_first};
 
 /// The watchdog's period in µs: without a good tick for that time, it resets the
 /// board.

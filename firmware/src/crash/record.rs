@@ -28,7 +28,7 @@ const MAGIC: u32 = u32::from_le_bytes(*b"ARMb");
 const RUNNING: u32 = 0xFF;
 
 /// Causes by their number in a record.
-const CAUSES: [End; 8] = [
+const CAUSES: [End; 9] = [
     End::PowerUp,
     End::BrownOut,
     End::ResetPin,
@@ -37,6 +37,7 @@ const CAUSES: [End; 8] = [
     End::Panic,
     End::HardFault,
     End::StackOverflow,
+    End::Crystal,
 ];
 
 /// Information about the program that wrote a record.

@@ -37,9 +37,10 @@ pub trait RealTime {
     /// Feeds the watchdog after a good tick.
     fn note_good_tick(&mut self);
 
-    /// Whether the emergency stop's switch is open, or its wire broken. Read in
-    /// every iteration of the real-time loop, and so in every tick.
-    fn is_stop_pressed(&mut self) -> bool;
+    /// The source of an emergency stop, for as long as there is one: the stop switch is open,
+    /// or its wire broken, or the board cannot keep time. Read in every iteration of the
+    /// real-time loop, and so in every tick.
+    fn stop_source(&mut self) -> Option<StopSource>;
 }
 
 /// Condition of the next run: a time, or a number of bytes from the bus, whichever is first.
@@ -98,14 +99,14 @@ where
                 supply,
                 ..
             } = self;
-            let is_stop_pressed = board.is_stop_pressed();
-            if is_stop_pressed {
-                bridge.emergency_stop(StopSource::Pin);
+            let stop = board.stop_source();
+            if let Some(source) = stop {
+                bridge.emergency_stop(source);
             }
             let progress = poll(bridge, board.now_us());
             // A fault that the host clears while the switch is open is back in the next iteration.
             let permission = match bridge.supply() {
-                SupplyPermission::On if !is_stop_pressed => SupplyPermission::On,
+                SupplyPermission::On if stop.is_none() => SupplyPermission::On,
                 _ => SupplyPermission::Off,
             };
             let Ok(()) = supply.set_state(permission.into());
@@ -267,8 +268,8 @@ mod tests {
 
         fn note_good_tick(&mut self) {}
 
-        fn is_stop_pressed(&mut self) -> bool {
-            self.0
+        fn stop_source(&mut self) -> Option<StopSource> {
+            self.0.then_some(StopSource::Pin)
         }
     }
 

@@ -9,10 +9,11 @@ use armbridge_shared::servo::protocol1::Alarms;
 use crate::servo_table::alarms;
 
 /// Every fault.
-pub const FAULTS: [Fault; 27] = [
+pub const FAULTS: [Fault; 28] = [
     Fault::EmergencyStop(StopSource::Host),
     Fault::EmergencyStop(StopSource::Pin),
     Fault::EmergencyStop(StopSource::Flood),
+    Fault::EmergencyStop(StopSource::Crystal),
     Fault::HostSilent,
     Fault::AngleLimit,
     Fault::SpeedLimit,
@@ -129,6 +130,7 @@ pub fn fault(fault: Fault) -> &'static str {
         Fault::EmergencyStop(StopSource::Host) => "emergency_stop_host",
         Fault::EmergencyStop(StopSource::Pin) => "emergency_stop_pin",
         Fault::EmergencyStop(StopSource::Flood) => "emergency_stop_flood",
+        Fault::EmergencyStop(StopSource::Crystal) => "emergency_stop_crystal",
         Fault::HostSilent => "host_silent",
         Fault::AngleLimit => "angle_limit",
         Fault::SpeedLimit => "speed_limit",

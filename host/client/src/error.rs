@@ -34,6 +34,7 @@ pub fn end_in_words(end: &LastEnd) -> String {
         End::Watchdog => at("its watchdog found no good tick for too long;"),
         End::HardFault => at("a fault of its processor"),
         End::StackOverflow => at("its stack overflowed"),
+        End::Crystal => "its crystal stopped; the board is defective".into(),
         End::Panic => {
             let place = end
                 .place

@@ -45,6 +45,10 @@ pub fn cause_and_remedy(fault: Fault) -> (&'static str, &'static str) {
             "emergency stop: more garbage than frames on the link",
             "end whatever else writes to the link, then clear",
         ),
+        Fault::EmergencyStop(StopSource::Crystal) => (
+            "the board's crystal does not oscillate",
+            "use another board",
+        ),
         Fault::HostSilent => (
             "the host was silent for too long",
             "check cable and computer, then clear and arm again",

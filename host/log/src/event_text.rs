@@ -137,9 +137,12 @@ fn tripped(tripped: &Trip) -> String {
 fn board_severity(report: &BoardReport) -> Severity {
     match report.last_end.cause {
         End::PowerUp | End::ResetPin | End::Software => Severity::Info,
-        End::BrownOut | End::Watchdog | End::Panic | End::HardFault | End::StackOverflow => {
-            Severity::Warning
-        }
+        End::BrownOut
+        | End::Watchdog
+        | End::Panic
+        | End::HardFault
+        | End::StackOverflow
+        | End::Crystal => Severity::Warning,
     }
 }
 
@@ -153,6 +156,7 @@ fn board(report: &BoardReport) -> String {
         End::Panic => "its program panicked",
         End::HardFault => "its processor faulted",
         End::StackOverflow => "its stack overflowed",
+        End::Crystal => "its crystal stopped",
     };
     let settings = match report.settings {
         SettingsFrom::Default => "default settings",

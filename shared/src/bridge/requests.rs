@@ -130,8 +130,8 @@ where
     }
 
     /// Stops in an emergency: the stop sequence begins when the exchange under way is over,
-    /// within a tick. A repeated stop of the host begins it again; a switch that is held, or
-    /// garbage that goes on, has the order repeated by the ticks.
+    /// within a tick. A repeated stop of the host begins it again; a switch that is held, a crystal that
+    /// fails, or garbage that goes on, has the order repeated by the ticks.
     pub fn emergency_stop(&mut self, source: StopSource) {
         let is_again = self.core.state() == State::Fault;
         self.trip(Violation::plain(Fault::EmergencyStop(source)));
@@ -139,7 +139,9 @@ where
         match source {
             _ if !is_again => {}
             StopSource::Host => self.sequencer.force_off(self.core.now_us()),
-            StopSource::Pin | StopSource::Flood => self.sequencer.repeat_off(),
+            StopSource::Pin | StopSource::Flood | StopSource::Crystal => {
+                self.sequencer.repeat_off();
+            }
         }
     }
 }

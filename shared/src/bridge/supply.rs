@@ -122,7 +122,7 @@ mod tests {
                 assert_eq!(before.next(mode, u64::MAX), On, "{mode:?}");
             }
         }
-        let sources = [StopSource::Host, StopSource::Pin, StopSource::Flood];
+        let sources = StopSource::ALL;
         for fault in sources.map(Fault::EmergencyStop) {
             assert_eq!(On.next(Mode::Fault(fault), 0), Off, "{fault:?}");
         }

@@ -71,6 +71,8 @@ pub enum End {
     HardFault,
     /// The stack grew beyond its end.
     StackOverflow,
+    /// The crystal stopped.
+    Crystal,
 }
 
 /// Source of a board's settings.

@@ -155,11 +155,14 @@ pub enum StopSource {
     Pin,
     /// More garbage than frames came over the link.
     Flood,
+    /// The board's crystal does not oscillate: it runs on an oscillator that is too
+    /// inaccurate for the servo bus, USB and the period.
+    Crystal,
 }
 
 impl StopSource {
     /// All sources.
-    pub const ALL: [Self; 3] = [Self::Host, Self::Pin, Self::Flood];
+    pub const ALL: [Self; 4] = [Self::Host, Self::Pin, Self::Flood, Self::Crystal];
 }
 
 /// What tripped the supervisor: the first cause, with the values.

@@ -7,10 +7,15 @@
 //!
 //! While a sector is erased or a word programmed, a core that fetches from flash waits,
 //! interrupt handlers included: 1 to 2 s and 16 µs (data sheet, flash memory
-//! programming). The chip's caches are off, so that none must be flushed.
+//! programming).
+//!
+//! At 168 MHz a read of flash takes six cycles. [`accelerate`] enables prefetch and caches,
+//! which hide most of that. A write changes a cached word too; erasing does not (section
+//! 3.5.4), so that the data cache is flushed after it.
 
 use embassy_stm32::Peri;
 use embassy_stm32::flash::{Blocking, Flash, MAX_ERASE_SIZE, READ_SIZE, WRITE_SIZE};
+use embassy_stm32::pac;
 use embassy_stm32::peripherals::FLASH;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
@@ -22,6 +27,33 @@ const OFFSET: u32 = 768 * 1_024;
 /// Length of both sectors.
 const LEN: usize = 256 * 1_024;
 const _: () = assert!(MAX_ERASE_SIZE == LEN / 2);
+
+/// Enables prefetch, and the caches of instructions and data, empty.
+pub fn accelerate() {
+    flush();
+    pac::FLASH.acr().modify(|w| w.set_prften(true));
+}
+
+/// Empties both caches, which must be off meanwhile (section 3.9.1), and enables them.
+fn flush() {
+    let acr = pac::FLASH.acr();
+    acr.modify(|w| {
+        w.set_icen(false);
+        w.set_dcen(false);
+    });
+    acr.modify(|w| {
+        w.set_icrst(true);
+        w.set_dcrst(true);
+    });
+    acr.modify(|w| {
+        w.set_icrst(false);
+        w.set_dcrst(false);
+    });
+    acr.modify(|w| {
+        w.set_icen(true);
+        w.set_dcen(true);
+    });
+}
 
 /// Sectors 10 and 11.
 pub struct Sectors(Flash<'static, Blocking>);
@@ -58,6 +90,7 @@ impl NorFlash for Sectors {
     fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
         check_erase(self, from, to)?;
         let result = self.0.blocking_erase(OFFSET + from, OFFSET + to);
+        flush();
         result.map_err(|error| error.kind())
     }
 

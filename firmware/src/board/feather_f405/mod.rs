@@ -27,8 +27,8 @@
 //! # Settings
 //!
 //! Settings are stored in the last two sectors of the chip's flash; see [`flash`]. Boot
-//! prepares them after the stop sequence and before the watchdog runs, since
-//! erasing a sector takes 1 to 2 s.
+//! prepares them after the stop sequence and before the watchdog has its short period,
+//! since erasing a sector takes 1 to 2 s.
 //!
 //! # Stop
 //!
@@ -45,11 +45,10 @@
 //!
 //! # Watchdog
 //!
-//! The independent watchdog runs on its own oscillator, 32 kHz nominally and 17
-//! to 47 kHz in fact. It is started before the bridge and fed by the tick alone,
-//! at the end of each good tick and of each step of bring-up. It cannot be
-//! stopped; a program halted by a debugger is reset by it. See
-//! [`WATCHDOG_US`](crate::crash::WATCHDOG_US).
+//! The independent [watchdog](crate::board::stm32::watchdog) runs from the first instructions
+//! on, with a long period for the boot. Then it is fed by the tick alone, at the end of each
+//! good tick and of each step of bring-up. It cannot be stopped; a program halted by a debugger is
+//! reset by it. See [`WATCHDOG_US`](crate::crash::WATCHDOG_US).
 
 pub mod bus;
 pub mod crash;
@@ -70,18 +69,24 @@ pub const CORE_MHZ: u32 = 168;
 /// Clock of APB1 and of USART3 on it, in MHz. Its timers run at twice that.
 pub const PCLK1_MHZ: u32 = 42;
 
-/// Clocks: the greatest the chip allows (section 7.2), 48 MHz for USB exactly.
-pub fn config() -> Config {
+/// Clocks: the greatest the chip allows (section 7.2), 48 MHz for USB exactly. Without the
+/// crystal they are as inaccurate as the internal oscillator, which feeds them then.
+pub fn config(has_crystal: bool) -> Config {
     let mut config = Config::default();
     let rcc = &mut config.rcc;
-    rcc.hse = Some(Hse {
+    rcc.hse = has_crystal.then_some(Hse {
         freq: Hertz::mhz(12),
         mode: HseMode::Oscillator,
     });
-    rcc.pll_src = PllSource::HSE;
+    // 12 MHz / 6 = 16 MHz / 8 = 2 MHz, the input that section 7.3.2 recommends.
+    let (source, divider) = if has_crystal {
+        (PllSource::HSE, PllPreDiv::DIV6)
+    } else {
+        (PllSource::HSI, PllPreDiv::DIV8)
+    };
+    rcc.pll_src = source;
     rcc.pll = Some(Pll {
-        // 12 MHz / 6 = 2 MHz, the input that section 7.3.2 recommends.
-        prediv: PllPreDiv::DIV6,
+        prediv: divider,
         // 2 MHz * 168 = 336 MHz.
         mul: PllMul::MUL168,
         // 336 MHz / 2 = 168 MHz for the core.

@@ -8,15 +8,15 @@ use super::bus::{self, BusLine, Direction};
 use super::supply::SupplyPin;
 use super::{CORE_MHZ, PCLK1_MHZ};
 use crate::board::stm32::clock::Clock;
+use crate::board::stm32::watchdog;
 use crate::handler_cell::HandlerCell;
 use crate::port::Port;
 use crate::tasks::{RealTime, RealTimeLoop};
+use armbridge_shared::link::message::StopSource;
 use cortex_m::peripheral::DWT;
 use embassy_stm32::gpio::Input;
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::{RCC, TIM5};
-use embassy_stm32::peripherals::IWDG;
-use embassy_stm32::wdg::IndependentWatchdog;
 
 /// Longest interval between polls of the emergency stop, in µs.
 pub const STOP_LOOK_US: u32 = 1_000;
@@ -79,17 +79,17 @@ fn TIM5() {
 /// The board for the real-time loop.
 pub struct Board {
     stop: Input<'static>,
-    watchdog: IndependentWatchdog<'static, IWDG>,
+    has_crystal: bool,
     begun: u32,
 }
 
 impl Board {
     /// A board whose watchdog is running, and its cycle counter too. `stop` is
     /// the emergency stop's input, pulled up.
-    pub fn new(watchdog: IndependentWatchdog<'static, IWDG>, stop: Input<'static>) -> Self {
+    pub fn new(has_crystal: bool, stop: Input<'static>) -> Self {
         Self {
             stop,
-            watchdog,
+            has_crystal,
             begun: 0,
         }
     }
@@ -111,10 +111,16 @@ impl RealTime for Board {
     }
 
     fn note_good_tick(&mut self) {
-        self.watchdog.pet();
+        watchdog::feed();
     }
 
-    fn is_stop_pressed(&mut self) -> bool {
-        self.stop.is_high()
+    fn stop_source(&mut self) -> Option<StopSource> {
+        if self.stop.is_high() {
+            Some(StopSource::Pin)
+        } else if self.has_crystal {
+            None
+        } else {
+            Some(StopSource::Crystal)
+        }
     }
 }

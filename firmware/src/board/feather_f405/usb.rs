@@ -8,18 +8,34 @@
 //! The controller has three IN endpoints beside control (reference manual,
 //! section 34.1), and two CDC ACM functions would need four. The port for third-party
 //! programs must be a serial port; the link is used by the project's own
-//! host program only, so it needs none. Windows finds its driver for it
-//! (`WinUSB`) by the descriptors of Microsoft's that come with it.
+//! host program only, so it needs none. Windows finds its driver for it (`WinUSB`) and the
+//! name of its interface by the descriptors of Microsoft's that come with it.
+//!
+//! # Attaching
+//!
+//! A host that had the board before a reset must see it go: D+ is held low from the end of
+//! the stop sequence ([`detach`]) until the stack starts, 30 ms later; 3 ms are needed (section
+//! 34.16.4, soft disconnect of a suspended device). The driver connects, disconnects and
+//! connects again within microseconds, which a host takes for the bounce of a contact.
+//!
+//! # Data toggles
+//!
+//! A host that configures the board begins at DATA0. The driver resets the board's toggles
+//! at a bus reset, but not when it is configured a second time: [`Toggles`] does.
 
 use crate::tasks::{FromClient, FromHost, LineChanges, ToHost};
 use armbridge_shared::bridge::gateway::ClientLine;
+use embassy_stm32::pac::gpio::vals::Moder;
+use embassy_stm32::pac::{GPIOA, RCC};
 use embassy_stm32::peripherals::{PA11, PA12, USB_OTG_FS};
 use embassy_stm32::usb::{self, Driver, InterruptHandler};
-use embassy_stm32::{Peri, bind_interrupts};
+use embassy_stm32::{Peri, bind_interrupts, pac, uid};
 use embassy_usb::class::cdc_acm::{CdcAcmClass, ControlChanged, Receiver, Sender, State};
 use embassy_usb::driver::{Endpoint as _, EndpointIn as _, EndpointOut as _};
-use embassy_usb::msos::{CompatibleIdFeatureDescriptor, windows_version};
-use embassy_usb::{Builder, Config, UsbDevice};
+use embassy_usb::msos::{
+    CompatibleIdFeatureDescriptor, PropertyData, RegistryPropertyFeatureDescriptor, windows_version,
+};
+use embassy_usb::{Builder, Config, Handler, UsbDevice};
 use static_cell::StaticCell;
 
 bind_interrupts!(struct Irqs {
@@ -32,6 +48,14 @@ const PACKET_MAX: usize = 64;
 const VENDOR: u8 = 0xFF;
 /// Request number by which Windows reads Microsoft's descriptors; the value is arbitrary.
 const MICROSOFT: u8 = 0x20;
+/// Name by which programs find the interface of the control link on Windows.
+const INTERFACE_GUID: &str = "{9BD2DF71-6BE5-4C43-9D3B-3E0A5A1F5F43}";
+/// Length of Microsoft's descriptors: 178 bytes.
+const MICROSOFTS_LEN: usize = 256;
+/// D+, PA12.
+const PLUS_PIN: usize = 12;
+/// Endpoints beside control that this device uses, at most, in each direction.
+const ENDPOINTS: usize = 3;
 
 type Otg = Driver<'static, USB_OTG_FS>;
 type Out = <Otg as embassy_usb::driver::Driver<'static>>::EndpointOut;
@@ -53,6 +77,38 @@ pub struct Ports {
     pub changes: Changes,
 }
 
+/// Holds D+ low, so that a host sees no device.
+pub fn detach() {
+    RCC.ahb1enr().modify(|w| w.set_gpioaen(true));
+    // Reading back makes sure that the clock is on (section 7.2.13).
+    let _ = RCC.ahb1enr().read();
+    GPIOA.bsrr().write(|w| w.set_br(PLUS_PIN, true));
+    GPIOA
+        .moder()
+        .modify(|w| w.set_moder(PLUS_PIN, Moder::OUTPUT));
+}
+
+/// Sets the data toggles to DATA0 when a host configures the device.
+struct Toggles;
+
+impl Handler for Toggles {
+    fn configured(&mut self, configured: bool) {
+        if !configured {
+            return;
+        }
+        for endpoint in 1..=ENDPOINTS {
+            // The interrupt handler does not write these registers; the tasks that do are
+            // not run meanwhile.
+            pac::USB_OTG_FS
+                .diepctl(endpoint)
+                .modify(|w| w.set_sd0pid_sevnfrm(true));
+            pac::USB_OTG_FS
+                .doepctl(endpoint)
+                .modify(|w| w.set_sd0pid_sevnfrm(true));
+        }
+    }
+}
+
 /// Builds the device; call once.
 pub fn start(
     otg: Peri<'static, USB_OTG_FS>,
@@ -64,8 +120,10 @@ pub fn start(
     static CONFIGURATION: StaticCell<[u8; 192]> = StaticCell::new();
     // Header, the capability that USB 2.1 asks for, Microsoft's.
     static CAPABILITIES: StaticCell<[u8; 48]> = StaticCell::new();
-    static MICROSOFTS: StaticCell<[u8; 128]> = StaticCell::new();
-    static CONTROL: StaticCell<[u8; PACKET_MAX]> = StaticCell::new();
+    static MICROSOFTS: StaticCell<[u8; MICROSOFTS_LEN]> = StaticCell::new();
+    // The longest answer of a control transfer, Microsoft's descriptors, is a part of it.
+    static CONTROL: StaticCell<[u8; MICROSOFTS_LEN]> = StaticCell::new();
+    static TOGGLES: StaticCell<Toggles> = StaticCell::new();
     static STATE: StaticCell<State<'static>> = StaticCell::new();
 
     let mut electrical = usb::Config::default();
@@ -79,21 +137,28 @@ pub fn start(
     let mut config = Config::new(0x1209, 0x0001);
     config.manufacturer = Some("Armbridge");
     config.product = Some("Armbridge");
+    // The chip's unique identifier (section 39.1): two boards are two.
+    config.serial_number = Some(uid::uid_hex());
     let mut builder = Builder::new(
         driver,
         config,
         CONFIGURATION.init([0; 192]),
         CAPABILITIES.init([0; 48]),
-        MICROSOFTS.init([0; 128]),
-        CONTROL.init([0; PACKET_MAX]),
+        MICROSOFTS.init([0; MICROSOFTS_LEN]),
+        CONTROL.init([0; MICROSOFTS_LEN]),
     );
     builder.msos_descriptor(windows_version::WIN8_1, MICROSOFT);
     let state = STATE.init(State::new());
     let serial = CdcAcmClass::new(&mut builder, state, PACKET_MAX as u16);
     let (to_client, from_client, changes) = serial.split_with_control();
 
+    builder.handler(TOGGLES.init(Toggles));
     let mut function = builder.function(VENDOR, 0, 0);
     function.msos_feature(CompatibleIdFeatureDescriptor::new("WINUSB", ""));
+    function.msos_feature(RegistryPropertyFeatureDescriptor::new(
+        "DeviceInterfaceGUIDs",
+        PropertyData::RegMultiSz(&[INTERFACE_GUID]),
+    ));
     let mut interface = function.interface();
     let mut pipes = interface.alt_setting(VENDOR, 0, 0, None);
     let from_host = pipes.endpoint_bulk_out(None, PACKET_MAX as u16);

@@ -8,6 +8,9 @@ use crate::crash::memory;
 use armbridge_shared::link::message::End;
 use cortex_m::peripheral::SCB;
 
+/// Cause of the non-maskable interrupt: the watchdog, a whole period before it resets.
+pub(crate) const NMI: End = End::Watchdog;
+
 /// Switches the servos' supply off, from any state.
 pub(crate) fn cut_supply() {
     SupplyPin::take();

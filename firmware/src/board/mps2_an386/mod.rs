@@ -62,7 +62,6 @@ pub mod lockstep;
 pub mod log;
 pub mod real_time;
 pub mod semihosting;
-pub mod stack_guard;
 pub mod supply;
 mod timer;
 pub mod uart;

@@ -18,6 +18,7 @@ use super::{BUS, CLOCK_MHZ, bus, clock, fault_injection, watchdog};
 use crate::handler_cell::HandlerCell;
 use crate::port::Port;
 use crate::tasks::{RealTime, RealTimeLoop, Wait};
+use armbridge_shared::link::message::StopSource;
 use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m::peripheral::NVIC;
@@ -131,8 +132,10 @@ impl RealTime for Board {
 
     /// The switch of the bench, in place of a pin. Injected failures happen
     /// here, because the real-time loop calls this in each iteration.
-    fn is_stop_pressed(&mut self) -> bool {
+    fn stop_source(&mut self) -> Option<StopSource> {
         fault_injection::if_due(clock::now_us());
-        STOP_PRESSED.load(Ordering::Relaxed)
+        STOP_PRESSED
+            .load(Ordering::Relaxed)
+            .then_some(StopSource::Pin)
     }
 }

@@ -91,7 +91,8 @@ fn last_end(report: &BoardReport) -> String {
         | End::Watchdog
         | End::Panic
         | End::HardFault
-        | End::StackOverflow => end_in_words(&report.last_end),
+        | End::StackOverflow
+        | End::Crystal => end_in_words(&report.last_end),
     }
 }
 

@@ -440,6 +440,7 @@ pub enum Fault {
     ExternalTorque = 25,
     MotorDirection = 26,
     JointsSwapped = 27,
+    EmergencyStopCrystal = 28,
 }
 impl Fault {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -476,6 +477,7 @@ impl Fault {
             Self::ExternalTorque => "FAULT_EXTERNAL_TORQUE",
             Self::MotorDirection => "FAULT_MOTOR_DIRECTION",
             Self::JointsSwapped => "FAULT_JOINTS_SWAPPED",
+            Self::EmergencyStopCrystal => "FAULT_EMERGENCY_STOP_CRYSTAL",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -509,6 +511,7 @@ impl Fault {
             "FAULT_EXTERNAL_TORQUE" => Some(Self::ExternalTorque),
             "FAULT_MOTOR_DIRECTION" => Some(Self::MotorDirection),
             "FAULT_JOINTS_SWAPPED" => Some(Self::JointsSwapped),
+            "FAULT_EMERGENCY_STOP_CRYSTAL" => Some(Self::EmergencyStopCrystal),
             _ => None,
         }
     }

@@ -1,0 +1,36 @@
+//! The independent watchdog (reference manual, section 21): it counts on an oscillator of its
+//! own, nominally 32 kHz and 17 to 47 kHz in fact, and nothing stops it once it is started.
+//!
+//! It runs from the first instructions on: [`BOOT_US`] bounds the boot, which may wait for a
+//! crystal and erase two sectors of flash; the bridge then has
+//! [`WATCHDOG_US`](crate::crash::WATCHDOG_US).
+
+use embassy_stm32::pac::IWDG;
+use embassy_stm32::pac::iwdg::vals::{Key, Pr};
+
+/// Nominal frequency in Hz.
+const LSI_HZ: u64 = 32_000;
+/// Largest reload value, of 12 bits.
+const RELOAD_MAX: u64 = 0xFFF;
+/// Period for the boot in µs: the longest there is, 22 s at 47 kHz. Erasing two sectors takes
+/// 4 s at most (data sheet, flash memory programming).
+pub const BOOT_US: u32 = 32_000_000;
+
+/// Starts the watchdog, or changes its period, and feeds it.
+pub fn start(period_us: u32) {
+    let counts = u64::from(period_us) * LSI_HZ / 1_000_000;
+    // Divided by 4, 8, .. 256: by the least at which the counts fit.
+    let shift = (0..6).find(|shift| counts >> (2 + shift) <= RELOAD_MAX);
+    let shift = shift.unwrap_or(6);
+    let reload = (counts >> (2 + shift)).min(RELOAD_MAX);
+    IWDG.kr().write(|w| w.set_key(Key::ENABLE));
+    IWDG.pr().write(|w| w.set_pr(Pr::from_bits(shift)));
+    IWDG.rlr().write(|w| w.set_rl(reload as u16));
+    IWDG.kr().write(|w| w.set_key(Key::START));
+    feed();
+}
+
+/// Feeds it, for one more period; without effect if it is not running.
+pub fn feed() {
+    IWDG.kr().write(|w| w.set_key(Key::RESET));
+}

@@ -1,0 +1,116 @@
+//! Armed and commanded over USB by the host's own client code, with servos of either firmware:
+//! the arm is held, and what the processor decided is what this program decides.
+
+use armbridge_analysis::plan_runner::{PlanRunner, Script};
+use armbridge_shared::link::message::{Command, Drive, Setup};
+use armbridge_shared::servo::Firmware;
+use armbridge_sim::Bench;
+use armbridge_sim::plant::Plant;
+use armbridge_sim::servo_kind::ServoKind;
+use armbridge_stm32_emulator::chip::Board;
+use armbridge_stm32_emulator::system::BusFaults;
+use armbridge_stm32_emulator::time::Time;
+use armbridge_tests::board_image::{BoardRun, image};
+use armbridge_tests::plant;
+use armbridge_tests::tapped_bench::{ScriptedHost, assert_all_equal, replay};
+
+use super::us;
+
+/// Instructions of an armed millisecond, all interrupts, telemetry and USB included.
+const ARMED_MAX: u64 = 21_500;
+/// Longest time from the end of the last stop bit until the direction pin is low.
+const RELEASE_MAX: Time = us(70);
+
+/// An arm that is regulated for 0.6 s.
+fn held(setup: Setup, bench: Bench) -> BoardRun<PlanRunner> {
+    let script = Script {
+        setup,
+        limits: Script::limits(),
+        commands: vec![(0, Command::Regulate([0.0, 0.0]))],
+        duration_us: 600_000,
+    };
+    let host = PlanRunner::new(script);
+    let image = image("feather-f405");
+    let mut run = BoardRun::new(Board::FEATHER_F405, &image, bench, host).powered_up();
+    let is_done = run.run_until(4_000, |run| {
+        run.host_error.is_some() || armbridge_client::Host::is_done(&run.host)
+    });
+    assert!(is_done && run.host_error.is_none(), "{:?}", run.host_error);
+    run
+}
+
+/// Times from the end of each transmission to the release of the bus.
+fn releases(run: &BoardRun<PlanRunner>) -> Vec<Time> {
+    let system = &run.machine.system;
+    let completed = system.bus_port().completed();
+    let falls = system
+        .edges()
+        .iter()
+        .filter(|edge| edge.pin == system.board.direction && !edge.is_high && edge.at > us(60_000));
+    falls
+        .filter_map(|edge| {
+            let before = completed.partition_point(|end| *end <= edge.at);
+            Some(edge.at - *completed.get(before.checked_sub(1)?)?)
+        })
+        .collect()
+}
+
+#[test]
+#[ignore = "needs the firmware image: run `cargo verify`"]
+fn the_arm_is_held_upright_as_the_bench_would() {
+    for setup in [Setup::default(), Setup::best()] {
+        let bench = Bench::new(Plant::new(plant([0.02, -0.02], true), 1));
+        let run = held(setup, bench);
+        let driven: Vec<_> = (run.records())
+            .filter(|record| record.mode.drive() == Some(Drive::Regulate))
+            .collect();
+        assert!(driven.len() > 550, "{}", driven.len());
+        let angles = driven.iter().flat_map(|record| record.angle_rad);
+        let furthest = angles.fold(0.0_f32, |most, angle| most.max(angle.abs()));
+        assert!(furthest < 0.06, "{furthest} rad");
+        assert!(driven.iter().all(|record| record.timing.missed == 0));
+        assert!(driven.iter().all(|record| record.dropped == 0));
+        // Every tick that this program computes from the same samples, to the bit.
+        assert_all_equal(&replay(&run.host.events));
+
+        let system = &run.machine.system;
+        assert_eq!(system.bus_faults(), BusFaults::default());
+        assert_eq!(system.bus_port().overruns(), 0);
+        assert_eq!(system.otg.refused(), 0);
+        let latest = releases(&run).into_iter().max().unwrap();
+        assert!(latest <= RELEASE_MAX, "{} ns", latest.as_ns());
+    }
+}
+
+#[test]
+#[ignore = "needs the firmware image: run `cargo verify`"]
+fn an_armed_millisecond_costs_no_more_than_stated() {
+    let bench = Bench::new(Plant::new(plant([0.02, -0.02], true), 1));
+    let mut run = held(Setup::default(), bench);
+    let (begun, before) = (run.machine.now(), run.machine.core.executed());
+    run.run_for(20);
+    let executed = run.machine.core.executed() - before;
+    let ms = (run.machine.now() - begun).as_ms();
+    let per_ms = (executed as f64 / ms) as u64;
+    println!("{per_ms} instructions in an armed millisecond");
+    assert!(per_ms <= ARMED_MAX, "{per_ms}");
+}
+
+#[test]
+#[ignore = "needs the firmware image: run `cargo verify`"]
+fn stock_servos_are_found_and_polled() {
+    let kinds = [1, 2].map(|id| ServoKind::new(Firmware::Stock, id, 1_000_000).unwrap());
+    let bench = Bench::with_servos(Plant::new(plant([0.02, -0.02], true), 1), &kinds);
+    let image = image("feather-f405");
+    let host = ScriptedHost::new([], u64::MAX);
+    let mut run = BoardRun::new(Board::FEATHER_F405, &image, bench, host).powered_up();
+    run.run_until(400, |_| false);
+    let last = run.records().next_back();
+    assert!(last.is_some_and(|record| {
+        record
+            .samples
+            .iter()
+            .all(|sample| sample.missing().is_none())
+    }));
+    assert_eq!(run.machine.system.bus_faults(), BusFaults::default());
+}

@@ -1,0 +1,232 @@
+//! Failures while the arm is driven: each ends with the motors off and the relay open, and
+//! the next hello names it.
+
+use armbridge_shared::link::message::{
+    Command, Drive, End, Fault, LastEnd, Mode, StopSource, ToBoard,
+};
+use armbridge_stm32_emulator::peripherals::rcc::Reset;
+use armbridge_tests::board_image::BoardRun;
+use armbridge_tests::tapped_bench::{Action, ScriptedHost, TappedHost};
+
+use super::{ON_USB_MS, feather, until_configured};
+
+/// The motors off.
+const OFF: [u16; 2] = [1_000; 2];
+/// From a failure to the motors off by the handler's stop sequence, in ms: the first packet of
+/// it does.
+const HANDLER_MS: f64 = 1.0;
+/// The same by the stop sequence of the next program: memory is cleared first.
+const BOOT_MS: f64 = 5.0;
+/// From the last good tick to the watchdog's bite at its nominal rate, in ms.
+const WATCHDOG_MS: f64 = 165.0;
+
+/// Number of the tick's interrupt (TIM5) among the exceptions.
+const TICK: u16 = 16 + 50;
+
+/// A host that arms and regulates.
+fn driver() -> ScriptedHost {
+    let actions = [
+        (0, Action::Message(ToBoard::Heartbeat)),
+        (150_000, Action::Command(Command::Arm { session: 0 })),
+        (250_000, Action::Command(Command::Regulate([0.0, 0.0]))),
+    ];
+    ScriptedHost::new(actions, u64::MAX)
+}
+
+/// A board that holds the arm.
+fn driving() -> BoardRun<ScriptedHost> {
+    let mut run = feather(driver()).powered_up();
+    let is_driven = run.run_until(1_500, |run| {
+        let last = run.records().next_back();
+        last.is_some_and(|record| record.mode.drive() == Some(Drive::Regulate))
+    });
+    assert!(is_driven, "{:?}", run.records().next_back());
+    run.run_for(20);
+    assert_ne!(motors(&run), OFF);
+    run
+}
+
+fn motors(run: &BoardRun<ScriptedHost>) -> [u16; 2] {
+    let bench = &run.machine.system.line.bench;
+    [0, 1].map(|servo| bench.applied_pwm(servo))
+}
+
+/// Executes single instructions until `is_met`.
+fn step_until(run: &mut BoardRun<ScriptedHost>, is_met: impl Fn(&BoardRun<ScriptedHost>) -> bool) {
+    let latest = run.machine.now() + super::us(20_000);
+    while !is_met(run) {
+        assert!(run.machine.now() < latest);
+        run.machine.step(latest).unwrap();
+    }
+}
+
+/// Lets the board fail, sees the motors go off within a time, the relay open, and returns the
+/// end that the next program reports.
+#[track_caller]
+fn end_of(fail: impl FnOnce(&mut BoardRun<ScriptedHost>), within_ms: f64) -> LastEnd {
+    let mut run = driving();
+    let (begun, edges) = (run.machine.now(), run.machine.system.edges().len());
+    fail(&mut run);
+    assert!(run.run_until(begun.as_us() / 1_000 + 1_000, |run| motors(run) == OFF));
+    let bench = &run.machine.system.line.bench;
+    let off_ns = [0, 1].map(|servo| bench.last_on_ns(servo).1.unwrap());
+    let took_ms = (off_ns[0].max(off_ns[1]) - begun.as_ns()) as f64 * 1e-6;
+    assert!(took_ms <= within_ms, "{took_ms} ms");
+    let relay = run.machine.system.board.supply;
+    let mut changes = run.machine.system.edges()[edges..].iter();
+    let opened = changes
+        .find(|edge| edge.pin == relay)
+        .expect("the relay opens");
+    assert!(!opened.is_high);
+
+    // The next program: idle, and it says what happened.
+    run.host = TappedHost::new(ScriptedHost::new(
+        [(0, Action::Message(ToBoard::Heartbeat))],
+        u64::MAX,
+    ));
+    assert!(run.run_until(begun.as_us() / 1_000 + 1_000, |run| {
+        run.machine.resets().len() > 1 && run.report().is_some()
+    }));
+    run.run_for(30);
+    assert_eq!(motors(&run), OFF);
+    assert_eq!(
+        run.records().next_back().map(|record| record.mode),
+        Some(Mode::Idle)
+    );
+    run.report().unwrap().last_end
+}
+
+#[test]
+#[ignore = "needs the firmware image: run `cargo verify`"]
+fn a_panic_stops_the_motors_and_is_named() {
+    let end = end_of(
+        |run| {
+            step_until(run, |run| run.machine.core.exception() == 0);
+            // `panic_bounds_check(index, len, place)`, called with a place of its own.
+            let image = armbridge_tests::board_image::image("feather-f405");
+            let panic = image.symbol_with("panic_bounds_check").unwrap();
+            let free = 0x2000_0400_u32;
+            let at = (free - 0x2000_0000) as usize;
+            let sram = &mut run.machine.system.sram;
+            sram[at..at + 8].copy_from_slice(b"here.rs\0");
+            for (index, word) in [free, 7, 42, 1].into_iter().enumerate() {
+                let at = at + 8 + 4 * index;
+                sram[at..at + 4].copy_from_slice(&word.to_le_bytes());
+            }
+            for (register, value) in [(0, 5), (1, 3), (2, free + 8), (15, panic)] {
+                run.machine.core.set_register(register, value);
+            }
+        },
+        HANDLER_MS,
+    );
+    assert_eq!((end.cause, end.line), (End::Panic, 42));
+    assert_eq!(&end.place[..7], b"here.rs");
+}
+
+#[test]
+#[ignore = "needs the firmware image: run `cargo verify`"]
+fn a_fault_of_the_processor_stops_the_motors_and_is_named() {
+    let end = end_of(
+        |run| {
+            step_until(run, |run| run.machine.core.exception() == 0);
+            // Nothing is there.
+            run.machine.core.set_register(15, 0x3000_0000);
+        },
+        HANDLER_MS,
+    );
+    assert_eq!(end.cause, End::HardFault);
+}
+
+#[test]
+#[ignore = "needs the firmware image: run `cargo verify`"]
+fn a_stack_that_overflows_stops_the_motors_and_is_named() {
+    let end = end_of(
+        |run| {
+            step_until(run, |run| run.machine.core.exception() == 0);
+            run.machine.core.set_register(13, 0x2000_0010);
+        },
+        HANDLER_MS + 1.0,
+    );
+    assert_eq!(end.cause, End::StackOverflow);
+}
+
+#[test]
+#[ignore = "needs the firmware image: run `cargo verify`"]
+fn a_tick_that_hangs_is_ended_by_the_watchdog() {
+    let end = end_of(
+        |run| {
+            step_until(run, |run| run.machine.core.exception() == TICK);
+            // A branch to itself.
+            let flash = run.machine.system.flash.bytes();
+            let found = flash
+                .chunks(2)
+                .position(|halfword| halfword == [0xFE, 0xE7]);
+            let pc = 0x0800_0000 + 2 * found.unwrap() as u32;
+            run.machine.core.set_register(15, pc);
+        },
+        WATCHDOG_MS + BOOT_MS,
+    );
+    assert_eq!(end.cause, End::Watchdog);
+}
+
+#[test]
+#[ignore = "needs the firmware image: run `cargo verify`"]
+fn a_supply_that_sags_stops_the_motors_and_is_named() {
+    let sag = |run: &mut BoardRun<ScriptedHost>| {
+        run.machine.system.supply_mv = 2_850;
+        run.machine.system.touch();
+        run.run_for(1);
+        run.machine.system.supply_mv = 3_300;
+        run.machine.system.touch();
+    };
+    let end = end_of(sag, HANDLER_MS + 1.0);
+    assert_eq!(end.cause, End::BrownOut);
+}
+
+#[test]
+#[ignore = "needs the firmware image: run `cargo verify`"]
+fn a_crystal_that_stops_ends_the_drive_and_is_named() {
+    let fail = |run: &mut BoardRun<ScriptedHost>| {
+        let now = run.machine.now();
+        let crystal = run.machine.system.board.crystal_hz;
+        run.machine.system.rcc.fail_crystal(now);
+        run.machine.system.touch();
+        run.run_for(1);
+        // It swings again at the next boot.
+        run.machine.system.rcc.mend_crystal(crystal);
+    };
+    assert_eq!(end_of(fail, HANDLER_MS + 1.0).cause, End::Crystal);
+}
+
+#[test]
+#[ignore = "needs the firmware image: run `cargo verify`"]
+fn resets_from_outside_are_named() {
+    let reset = |cause| move |run: &mut BoardRun<ScriptedHost>| run.machine.reset(cause).unwrap();
+    assert_eq!(end_of(reset(Reset::Pin), BOOT_MS).cause, End::ResetPin);
+    assert_eq!(end_of(reset(Reset::BrownOut), BOOT_MS).cause, End::BrownOut);
+    // Power was gone: memory is noise.
+    assert_eq!(end_of(reset(Reset::PowerUp), BOOT_MS).cause, End::PowerUp);
+}
+
+#[test]
+#[ignore = "needs the firmware image: run `cargo verify`"]
+fn the_stop_switch_stops_the_motors_within_two_ticks() {
+    let mut run = driving();
+    let now = run.machine.now();
+    let stop = run.machine.system.board.stop;
+    // Open: the pull-up of the chip decides.
+    run.machine.system.gpio.drive(now, stop, None);
+    run.machine.system.touch();
+    let begun_ms = now.as_us() / 1_000;
+    assert!(run.run_until(begun_ms + 4, |run| motors(run) == OFF));
+    run.run_for(30);
+    assert_eq!(motors(&run), OFF);
+    let fault = Fault::EmergencyStop(StopSource::Pin);
+    assert_eq!(
+        run.records().next_back().map(|record| record.mode),
+        Some(Mode::Fault(fault))
+    );
+    let system = &run.machine.system;
+    assert!(!system.gpio.level(system.board.supply));
+    assert_eq!(run.machine.resets().len(), 1);
+}
