@@ -3,7 +3,11 @@
 //! | module    | content                                                           |
 //! |-----------|-------------------------------------------------------------------|
 //! | [`clock`] | time since boot and the tick's alarm, on a 32-bit timer           |
+//! | [`half_duplex`] | the servo bus on a USART, by DMA                            |
+//! | [`polled_bus`] | the same for the stop sequence, without DMA or interrupts    |
 //!
 //! Section numbers are those of the reference manual of the STM32F405, RM0090.
 
 pub mod clock;
+pub mod half_duplex;
+pub mod polled_bus;
