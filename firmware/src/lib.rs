@@ -17,7 +17,7 @@
 //! | module    | content                                                  |
 //! |-----------|----------------------------------------------------------|
 //! | [`ring`]  | bytes from an interrupt to a task, without locks         |
-//! | [`port`]  | a buffered serial port for the bus master                |
+//! | [`port`]  | buffers of a UART                                        |
 //! | [`tasks`] | the loops, the same on every board                       |
 //! | [`handler_cell`] | state of an interrupt handler                     |
 //! | [`stop`]  | the stop sequence by polling, after a failure            |

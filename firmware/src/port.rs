@@ -1,9 +1,4 @@
-//! A buffered serial port for the bus master.
-//!
-//! [`Buffers`] sit between a UART's interrupt handler and the code that uses
-//! the port. [`Port`] puts `embedded-hal-nb` serial traits on top: `write`
-//! never blocks while the buffer has room, `flush` blocks until the last stop
-//! bit has left, a receiver's error comes out of `read`, once.
+//! Buffers between the interrupt handler of a UART and the code that uses it.
 //!
 //! # Waking
 //!
@@ -15,9 +10,8 @@
 //! an idle line, stay in the buffer until its next poll.
 
 use crate::ring::ByteRing;
-use armbridge_shared::servo::port::SetBaud;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering, compiler_fence};
-use embedded_hal_nb::serial::{ErrorKind, ErrorType, Read, Write};
+use embedded_hal_nb::serial::ErrorKind;
 
 /// Bytes in either direction. The longest transmission, the stop sequence's
 /// flush, is 210 bytes.
@@ -134,7 +128,8 @@ impl Buffers {
         !self.tx.is_empty()
     }
 
-    fn take_error(&self) -> Option<LineError> {
+    /// Takes the last error of the receiver.
+    pub fn take_error(&self) -> Option<LineError> {
         // Only a load and a store: an error that slips in between repeats
         // what is reported anyway.
         let code = self.error.load(Ordering::Acquire);
@@ -148,95 +143,23 @@ impl Buffers {
     }
 }
 
-/// The part of a UART that differs between boards.
-pub trait Line {
-    /// Buffers of this line.
-    fn buffers(&self) -> &Buffers;
-    /// Starts sending bytes of the buffer.
-    fn start_sending(&self);
-    /// Whether the last stop bit has left.
-    fn is_sent(&self) -> bool;
-    /// Sets the speed in bits per second; called while nothing is being sent.
-    fn set_baud(&self, baud: u32);
-}
-
-/// A line with `embedded-hal-nb` traits.
-#[derive(Debug)]
-pub struct Port<L>(pub L);
-
-impl<L> ErrorType for Port<L> {
-    type Error = LineError;
-}
-
-impl<L: Line> Read<u8> for Port<L> {
-    fn read(&mut self) -> nb::Result<u8, LineError> {
-        let buffers = self.0.buffers();
-        if let Some(error) = buffers.take_error() {
-            return Err(nb::Error::Other(error));
-        }
-        buffers.read().ok_or(nb::Error::WouldBlock)
-    }
-}
-
-impl<L: Line> Write<u8> for Port<L> {
-    fn write(&mut self, byte: u8) -> nb::Result<(), LineError> {
-        if !self.0.buffers().write(byte) {
-            return Err(nb::Error::WouldBlock);
-        }
-        self.0.start_sending();
-        Ok(())
-    }
-
-    fn flush(&mut self) -> nb::Result<(), LineError> {
-        if self.0.is_sent() {
-            Ok(())
-        } else {
-            Err(nb::Error::WouldBlock)
-        }
-    }
-}
-
-impl<L: Line> SetBaud for Port<L> {
-    fn set_baud(&mut self, baud: u32) {
-        self.0.set_baud(baud);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// A line that sends nothing.
-    struct Stuck(Buffers);
-
-    impl Line for Stuck {
-        fn buffers(&self) -> &Buffers {
-            &self.0
-        }
-
-        fn start_sending(&self) {}
-
-        fn set_baud(&self, _baud: u32) {}
-
-        fn is_sent(&self) -> bool {
-            !self.0.is_sending()
-        }
-    }
-
     #[test]
-    fn a_full_port_blocks_and_an_error_is_reported_once() {
-        let mut port = Port(Stuck(Buffers::new()));
-        assert_eq!(port.flush(), Ok(()));
-        assert!((0..BUFFER_LEN).all(|_| port.write(0xFF).is_ok()));
-        assert_eq!(port.write(0xFF), Err(nb::Error::WouldBlock));
-        assert_eq!(port.flush(), Err(nb::Error::WouldBlock));
+    fn a_full_buffer_refuses_and_an_error_is_reported_once() {
+        let buffers = Buffers::new();
+        assert!(!buffers.is_sending());
+        assert!((0..BUFFER_LEN).all(|_| buffers.write(0xFF)));
+        assert!(!buffers.write(0xFF) && buffers.is_sending());
 
-        // One byte more than there is room for, and its loss is reported first.
-        assert_eq!(port.read(), Err(nb::Error::WouldBlock));
-        (0..=BUFFER_LEN).for_each(|i| port.0.0.received(i as u8));
-        assert_eq!(port.read(), Err(nb::Error::Other(LineError::Overrun)));
-        assert!((0..BUFFER_LEN).all(|i| port.read() == Ok(i as u8)));
-        assert_eq!(port.read(), Err(nb::Error::WouldBlock));
+        // One byte more than there is room for.
+        (0..=BUFFER_LEN).for_each(|i| buffers.received(i as u8));
+        assert_eq!(buffers.take_error(), Some(LineError::Overrun));
+        assert_eq!(buffers.take_error(), None);
+        assert!((0..BUFFER_LEN).all(|i| buffers.read() == Some(i as u8)));
+        assert_eq!(buffers.read(), None);
     }
 
     #[test]

@@ -13,6 +13,7 @@ use armbridge_shared::servo::master::{Busy, Master, Outcome, Transaction};
 use armbridge_shared::servo::morpheus::{MASTER, Parser, ServoId};
 use armbridge_shared::servo::port::SetBaud;
 use armbridge_shared::servo::protocol1::Alarms;
+use armbridge_shared::servo::serial_bus::SerialBus;
 use armbridge_shared::servo::{Firmware, Missing, Sample};
 use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_hal_nb::serial;
@@ -110,7 +111,7 @@ fn bytes(after_us: u64, bytes: &[u8]) -> Script {
 
 struct Test {
     port: Port,
-    master: Master<Port, Port>,
+    master: Master<SerialBus<Port, Port>>,
 }
 
 impl Test {
@@ -120,7 +121,7 @@ impl Test {
         port.0.borrow_mut().echo = echo;
         let ids = [1, 2].map(|id| ServoId::new(id).unwrap());
         let mut test = Self {
-            master: Master::new(port.clone(), port.clone(), ids),
+            master: Master::new(SerialBus::new(port.clone(), port.clone()), ids),
             port,
         };
         test.run(Transaction::Stop, Vec::new());

@@ -4,7 +4,6 @@
 #![no_std]
 #![no_main]
 
-use armbridge_firmware::board::feather_f405::bus::{BusLine, Direction};
 use armbridge_firmware::board::feather_f405::crash::reset_cause;
 use armbridge_firmware::board::feather_f405::flash::{self, Sectors};
 use armbridge_firmware::board::feather_f405::supply::SupplyPin;
@@ -16,7 +15,6 @@ use armbridge_firmware::board::feather_f405::{bus, config, usb};
 use armbridge_firmware::board::stm32::{oscillator, voltage_detector, watchdog};
 use armbridge_firmware::crash::{self, WATCHDOG_US, memory};
 use armbridge_firmware::image_crc;
-use armbridge_firmware::port::Port;
 use armbridge_firmware::settings;
 use armbridge_firmware::stack;
 use armbridge_firmware::stack_guard;
@@ -43,7 +41,7 @@ static THREAD: StaticCell<Executor> = StaticCell::new();
 static SIGNALS: Signals = Signals::new();
 
 /// The bridge on this board's bus.
-type BoardBridge = Bridge<'static, Port<BusLine>, Direction>;
+type BoardBridge = Bridge<'static, bus::Line>;
 
 defmt::timestamp!("{=u64:us}", time::now_us());
 
@@ -95,18 +93,16 @@ fn start(thread: Spawner) {
         ..report
     };
 
-    bus::enable();
-    interrupt::USART3.set_priority(Priority::P0);
+    let bus = bus::start();
+    // Embassy's timer, for tasks in thread mode only.
+    interrupt::TIM2.set_priority(Priority::P3);
     interrupt::OTG_FS.set_priority(Priority::P3);
-    // SAFETY: its handler is in place, and no critical section that masks less
-    // than all interrupts is in use.
-    unsafe { interrupt::USART3.enable() };
 
     watchdog::start(WATCHDOG_US);
     let (tick_end, link_end, client_end) = CHANNELS.take().split();
     let board = Board::new(has_crystal, Input::new(chip.PB8, Pull::Up));
     let watch = tick_end.watch();
-    let bridge = build(tick_end, &settings);
+    let bridge = build(bus, tick_end, &settings);
     let supply = SupplyPin::take();
     time::start_tick(RealTimeLoop::new(bridge, watch, board, supply, &SIGNALS));
 
@@ -133,9 +129,9 @@ fn start(thread: Spawner) {
 /// Never: `settings::open` has built a controller for saved settings, and every test of
 /// the bench builds the one for the defaults. Called once, by [`start`].
 #[inline(never)]
-fn build(end: BridgeEnd<'static>, settings: &Settings) -> &'static mut BoardBridge {
+fn build(bus: bus::Line, end: BridgeEnd<'static>, settings: &Settings) -> &'static mut BoardBridge {
     BRIDGE.init_with(|| {
-        let bridge = Bridge::new(Port(BusLine), Direction, end, time::now_us(), settings);
+        let bridge = Bridge::new(bus, end, time::now_us(), settings);
         bridge.unwrap_or_else(|_| panic!("the settings have no controller"))
     })
 }

@@ -3,7 +3,7 @@
 #![no_std]
 #![no_main]
 
-use armbridge_firmware::board::mps2_an386::bus::{BusLine, NoPin};
+use armbridge_firmware::board::mps2_an386::bus::BusLine;
 use armbridge_firmware::board::mps2_an386::crash::reset_cause;
 use armbridge_firmware::board::mps2_an386::flash::{self, Flash};
 use armbridge_firmware::board::mps2_an386::interrupt::{self, Irq, REST};
@@ -16,7 +16,6 @@ use armbridge_firmware::board::mps2_an386::{
 };
 use armbridge_firmware::crash::{self, memory};
 use armbridge_firmware::image_crc;
-use armbridge_firmware::port::Port;
 use armbridge_firmware::settings;
 use armbridge_firmware::stack;
 use armbridge_firmware::stack_guard;
@@ -34,7 +33,7 @@ static STORE: StaticCell<Store<Flash>> = StaticCell::new();
 static SIGNALS: Signals = Signals::new();
 
 /// The bridge on this board's bus.
-type BoardBridge = Bridge<'static, Port<BusLine>, NoPin>;
+type BoardBridge = Bridge<'static, BusLine>;
 
 defmt::timestamp!("{=u64:us}", clock::now_us());
 
@@ -117,7 +116,7 @@ fn start(arguments: &Arguments) {
 #[inline(never)]
 fn build(end: BridgeEnd<'static>, settings: &Settings) -> &'static mut BoardBridge {
     BRIDGE.init_with(|| {
-        let bridge = Bridge::new(Port(BusLine), NoPin, end, clock::now_us(), settings);
+        let bridge = Bridge::new(BusLine::default(), end, clock::now_us(), settings);
         bridge.unwrap_or_else(|_| panic!("the settings have no controller"))
     })
 }

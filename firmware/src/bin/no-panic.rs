@@ -35,7 +35,7 @@ use core::task::{Context, Poll, Waker};
 
 use armbridge_firmware::crash::memory;
 use armbridge_firmware::crash::record::CrashRecord;
-use armbridge_firmware::port::{Buffers, Line, LineError, Port};
+use armbridge_firmware::port::{Buffers, LineError};
 use armbridge_firmware::stop::{self, PolledUart};
 use armbridge_firmware::tasks::{
     self, FromClient, FromHost, LineChanges, RealTime, RealTimeLoop, Signals, ToHost,
@@ -45,11 +45,15 @@ use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkEnd, LinkPort};
 use armbridge_shared::link::frame::{Decoder, Encoder, Message};
 use armbridge_shared::link::message::{self, End, Stack, StopSource};
 use armbridge_shared::lockstep::{TimeGrant, TimeRequest};
+use armbridge_shared::servo::bus::{Bus, LineAfter, Received, Transmission};
+use armbridge_shared::servo::port::SetBaud;
+use armbridge_shared::servo::serial_bus::SerialBus;
 use armbridge_shared::servo::{morpheus, protocol1};
 use armbridge_shared::store::Store;
 // Its critical section is what `Signals` needs.
 use cortex_m as _;
 use embedded_hal::digital::{ErrorType, OutputPin};
+use embedded_hal_nb::serial::{self, ErrorKind};
 use embedded_storage::nor_flash::{self, NorFlash, NorFlashErrorKind, ReadNorFlash};
 
 #[panic_handler]
@@ -82,23 +86,78 @@ static BUS: Buffers = Buffers::new();
 static SIGNALS: Signals = Signals::new();
 
 /// A servo bus.
-struct Bus;
+struct AnyBus([u8; 64]);
 
-impl Line for Bus {
-    fn buffers(&self) -> &Buffers {
-        black_box(&BUS)
+impl Bus for AnyBus {
+    const RELEASES_BY_ITSELF: bool = true;
+
+    fn set_baud(&mut self, baud: u32) {
+        black_box(baud);
     }
 
-    fn start_sending(&self) {
-        black_box(());
+    fn send(&mut self, bytes: &[u8], after: LineAfter) {
+        black_box((bytes, after));
     }
 
-    fn is_sent(&self) -> bool {
+    fn send_delay_us(&self) -> u32 {
         any()
     }
 
-    fn set_baud(&self, baud: u32) {
+    fn transmission(&mut self) -> Transmission {
+        black_box(Transmission::Waiting)
+    }
+
+    fn release(&mut self) {
+        black_box(());
+    }
+
+    fn received(&mut self) -> Received<'_> {
+        let bytes = black_box(&self.0);
+        Received {
+            bytes: bytes.get(..any()).unwrap_or(bytes),
+            error: black_box(Some(ErrorKind::Noise)),
+        }
+    }
+}
+
+/// A serial port.
+struct AnyPort;
+
+impl serial::ErrorType for AnyPort {
+    type Error = ErrorKind;
+}
+
+impl serial::Read<u8> for AnyPort {
+    fn read(&mut self) -> nb::Result<u8, ErrorKind> {
+        black_box(Err(nb::Error::WouldBlock))
+    }
+}
+
+impl serial::Write<u8> for AnyPort {
+    fn write(&mut self, byte: u8) -> nb::Result<(), ErrorKind> {
+        black_box(byte);
+        black_box(Err(nb::Error::WouldBlock))
+    }
+
+    fn flush(&mut self) -> nb::Result<(), ErrorKind> {
+        black_box(Err(nb::Error::WouldBlock))
+    }
+}
+
+impl SetBaud for AnyPort {
+    fn set_baud(&mut self, baud: u32) {
         black_box(baud);
+    }
+}
+
+/// Uses a bus made of a serial port and a pin.
+fn serial_bus() {
+    let mut bus = SerialBus::new(AnyPort, Direction);
+    while any() {
+        let bus = black_box(&mut bus);
+        bus.send(black_box(&[0; 64]), LineAfter::Released);
+        black_box(bus.transmission());
+        black_box(bus.received());
     }
 }
 
@@ -289,7 +348,7 @@ fn interrupts() {
         let bus = black_box(&BUS);
         bus.received(any());
         bus.report_error(black_box(LineError::Noise));
-        black_box(bus.next_to_send());
+        black_box((bus.next_to_send(), bus.take_error()));
     }
 }
 
@@ -308,7 +367,7 @@ fn poll_repeatedly<T>(future: impl Future<Output = T>) {
 #[inline(never)]
 fn tick(end: BridgeEnd<'_>) {
     let watch = end.watch();
-    if let Ok(mut bridge) = Bridge::new(Port(Bus), Direction, end, any(), &any()) {
+    if let Ok(mut bridge) = Bridge::new(AnyBus([0; 64]), end, any(), &any()) {
         let mut tick = RealTimeLoop::new(&mut bridge, watch, Outside, Direction, &SIGNALS);
         while any() {
             black_box(black_box(&mut tick).run());
@@ -354,6 +413,7 @@ fn client(end: PortEnd<'_>) {
 extern "C" fn _start() {
     stop::send(&mut Outside, any());
     interrupts();
+    serial_bus();
     packets();
     messages::<message::ToBoard>();
     messages::<message::ToHost>();

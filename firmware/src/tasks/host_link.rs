@@ -4,7 +4,6 @@ use super::signals::Signals;
 use super::stream::{FromHost, ToHost, when};
 use crate::settings;
 use armbridge_shared::bridge::LinkPort;
-use armbridge_shared::link::frame;
 use armbridge_shared::link::message::Stack;
 use armbridge_shared::store::Store;
 use core::pin::pin;
@@ -23,7 +22,6 @@ pub async fn link(
     mut watch: impl FnMut() -> Option<Stack>,
     signals: &Signals,
 ) -> ! {
-    let mut frame = [0; frame::MAX];
     let mut pending = 0..0;
     let mut received = [0; 64];
     loop {
@@ -32,9 +30,9 @@ pub async fn link(
         }
         settings::keep(port, store);
         if pending.is_empty() {
-            pending = 0..next_frame(port, &mut frame);
+            pending = 0..next_frame(port);
         }
-        let bytes = frame.get(pending.clone()).unwrap_or_default();
+        let bytes = port.last_frame().get(pending.clone()).unwrap_or_default();
         let is_silent = bytes.is_empty();
         let event = {
             let frame_ready = pin!(signals.frame_ready.wait());
@@ -59,13 +57,8 @@ fn receive(port: &mut LinkPort<'_>, bytes: &[u8]) {
     port.receive(bytes);
 }
 
-/// Copies the next frame for the host to `frame`; returns its length, 0 if there is none.
+/// Takes the next frame for the host; returns its length, 0 if there is none.
 #[inline(never)]
-fn next_frame(port: &mut LinkPort<'_>, frame: &mut [u8; frame::MAX]) -> usize {
-    let Some(next) = port.transmit() else {
-        return 0;
-    };
-    let len = next.len().min(frame.len());
-    frame[..len].copy_from_slice(&next[..len]);
-    len
+fn next_frame(port: &mut LinkPort<'_>) -> usize {
+    port.transmit().map_or(0, <[u8]>::len)
 }

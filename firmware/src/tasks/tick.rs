@@ -18,10 +18,9 @@ use crate::crash::memory;
 use armbridge_shared::bridge::supply::SupplyPermission;
 use armbridge_shared::bridge::{Bridge, Progress, QueueWatch};
 use armbridge_shared::link::message::{Mode, StopSource};
-use armbridge_shared::servo::port::SetBaud;
+use armbridge_shared::servo::bus::Bus;
 use core::convert::Infallible;
 use embedded_hal::digital::OutputPin;
-use embedded_hal_nb::serial;
 
 /// Services of a board for the real-time loop, beside the bus.
 pub trait RealTime {
@@ -53,8 +52,8 @@ pub struct Wait {
 }
 
 /// See the [module](self).
-pub struct RealTimeLoop<'a, S, D, B, P> {
-    bridge: &'a mut Bridge<'a, S, D>,
+pub struct RealTimeLoop<'a, L, B, P> {
+    bridge: &'a mut Bridge<'a, L>,
     watch: QueueWatch<'a>,
     board: B,
     supply: P,
@@ -63,17 +62,16 @@ pub struct RealTimeLoop<'a, S, D, B, P> {
     mode: Option<Mode>,
 }
 
-impl<'a, S, D, B, P> RealTimeLoop<'a, S, D, B, P>
+impl<'a, L, B, P> RealTimeLoop<'a, L, B, P>
 where
-    S: serial::Read<u8> + serial::Write<u8> + SetBaud,
-    D: OutputPin,
+    L: Bus,
     B: RealTime,
     P: OutputPin<Error = Infallible>,
 {
     /// A loop that has not run yet. `watch` is that of the bridge's end of the queues;
     /// `supply` is high while servos may have power.
     pub fn new(
-        bridge: &'a mut Bridge<'a, S, D>,
+        bridge: &'a mut Bridge<'a, L>,
         watch: QueueWatch<'a>,
         board: B,
         supply: P,
@@ -157,31 +155,19 @@ where
 
 /// [`Bridge::poll`].
 #[inline(never)]
-fn poll<S, D>(bridge: &mut Bridge<'_, S, D>, now_us: u64) -> nb::Result<Progress, Infallible>
-where
-    S: serial::Read<u8> + serial::Write<u8> + SetBaud,
-    D: OutputPin,
-{
+fn poll(bridge: &mut Bridge<'_, impl Bus>, now_us: u64) -> nb::Result<Progress, Infallible> {
     bridge.poll(now_us)
 }
 
 /// [`Bridge::decide`].
 #[inline(never)]
-fn decide<S, D>(bridge: &mut Bridge<'_, S, D>)
-where
-    S: serial::Read<u8> + serial::Write<u8> + SetBaud,
-    D: OutputPin,
-{
+fn decide(bridge: &mut Bridge<'_, impl Bus>) {
     bridge.decide();
 }
 
 /// [`Bridge::publish`].
 #[inline(never)]
-fn publish<S, D>(bridge: &mut Bridge<'_, S, D>, compute_ns: u32) -> bool
-where
-    S: serial::Read<u8> + serial::Write<u8> + SetBaud,
-    D: OutputPin,
-{
+fn publish(bridge: &mut Bridge<'_, impl Bus>, compute_ns: u32) -> bool {
     bridge.publish(compute_ns)
 }
 
@@ -190,7 +176,10 @@ mod tests {
     use super::*;
     use armbridge_shared::bridge::Channels;
     use armbridge_shared::link::message::{Fault, Settings};
+    use armbridge_shared::servo::port::SetBaud;
+    use armbridge_shared::servo::serial_bus::SerialBus;
     use core::cell::Cell;
+    use embedded_hal_nb::serial;
 
     /// A bus without servos: it takes every byte and returns none.
     struct EmptyBus;
@@ -282,7 +271,8 @@ mod tests {
             let mut channels = Channels::new();
             let (end, ..) = channels.split();
             let watch = end.watch();
-            let bridge = Bridge::new(EmptyBus, EmptyBus, end, 0, &Settings::default());
+            let bus = SerialBus::new(EmptyBus, EmptyBus);
+            let bridge = Bridge::new(bus, end, 0, &Settings::default());
             let Ok(mut bridge) = bridge else {
                 panic!("the default settings have no controller");
             };

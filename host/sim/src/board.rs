@@ -9,6 +9,7 @@ use armbridge_shared::bridge::{
     Bridge, BridgeEnd, LinkEnd, LinkPort, MemoryRegion, Progress, can_run,
 };
 use armbridge_shared::link::message::{BoardReport, Mode, Refusal, StopSource};
+use armbridge_shared::servo::serial_bus::SerialBus;
 use armbridge_shared::store::Store;
 use armbridge_shared::store::memory::Memory;
 
@@ -94,7 +95,7 @@ pub fn blank_flash() -> Flash {
 pub struct VirtualBoard<'a> {
     store: Store<Flash>,
     uart: Uart,
-    bridge: Bridge<'a, Uart, Direction>,
+    bridge: Bridge<'a, SerialBus<Uart, Direction>>,
     link: LinkPort<'a>,
     client: PortEnd<'a>,
     from_client: VecDeque<u8>,
@@ -147,8 +148,9 @@ impl<'a> VirtualBoard<'a> {
             settings: from,
             ..report
         };
+        let bus = SerialBus::new(uart.clone(), Direction);
         Ok(Self {
-            bridge: Bridge::new(uart.clone(), Direction, bridge, 0, &settings)?,
+            bridge: Bridge::new(bus, bridge, 0, &settings)?,
             link: LinkPort::new(link, report, settings),
             client,
             from_client: VecDeque::new(),

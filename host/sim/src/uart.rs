@@ -1,7 +1,8 @@
 //! Serial port of the virtual board on the servo bus.
 //!
 //! Two handles on the same state: the board's, with `embedded-hal-nb`'s traits
-//! as a hardware port has them, and the bench's, which puts bytes in and takes
+//! as a hardware port has them, of which
+//! [`SerialBus`](armbridge_shared::servo::serial_bus::SerialBus) makes a bus, and the bench's, which puts bytes in and takes
 //! bytes out. A byte takes ten bits to send; `flush` is done after the last stop
 //! bit. Writes never block: the buffer is unbounded.
 

@@ -1,8 +1,6 @@
 //! Events of the bus, and actions of the core on the bus.
 
-use crate::servo::port::SetBaud;
-use embedded_hal::digital::OutputPin;
-use embedded_hal_nb::serial::{Read, Write};
+use crate::servo::bus::Bus;
 
 use super::app_core::{BusAction, TickSamples};
 use super::channels::Notification;
@@ -12,11 +10,7 @@ use crate::link::message::{Fault, Refusal};
 use crate::sequencer::{BusEvent, Health};
 use crate::supervisor::{Event, State};
 
-impl<S, D> Bridge<'_, S, D>
-where
-    S: Read<u8> + Write<u8> + SetBaud,
-    D: OutputPin,
-{
+impl<B: Bus> Bridge<'_, B> {
     /// Takes an event of the bus.
     pub(super) fn take_bus_event(&mut self, event: BusEvent) -> Progress {
         match event {

@@ -67,6 +67,9 @@ pub(super) struct Signals {
 /// Counters of signals, modulo 2^32 or 2^8.
 #[derive(Debug, Default)]
 struct SignalCounters {
+    /// Number of signals and commands: where it is the same, there is nothing to look for. Each
+    /// is counted here last.
+    all: AtomicU32,
     epoch: AtomicU32,
     stops: [AtomicU8; StopSource::ALL.len()],
     goodbyes: AtomicU8,
@@ -130,6 +133,7 @@ impl Channels {
             to_client: Channel::new(),
             client_line: AtomicU32::new(0),
             signals: SignalCounters {
+                all: AtomicU32::new(0),
                 epoch: AtomicU32::new(0),
                 stops: [const { AtomicU8::new(0) }; StopSource::ALL.len()],
                 goodbyes: AtomicU8::new(0),
@@ -153,6 +157,7 @@ impl Channels {
                 records: records_in,
                 signals: &self.signals,
                 seen: SeenSignals::load(&self.signals),
+                seen_all: self.signals.all.load(Ordering::Acquire),
                 client: BusSide {
                     from_client: client_out,
                     to_client: answers_in,
@@ -206,6 +211,8 @@ pub struct BridgeEnd<'a> {
     pub(super) records: Sender<'a, Record, RECORDS>,
     signals: &'a SignalCounters,
     seen: SeenSignals,
+    /// [`SignalCounters::all`] when signals and commands were last taken.
+    seen_all: u32,
     pub(super) client: BusSide<'a>,
 }
 
@@ -263,6 +270,13 @@ impl<'a> BridgeEnd<'a> {
 }
 
 impl BridgeEnd<'_> {
+    /// Whether there is a new signal or command since the last call; most polls have none.
+    pub(super) fn has_request(&mut self) -> bool {
+        // Acquire: what was counted before is seen.
+        let all = self.signals.all.load(Ordering::Acquire);
+        core::mem::replace(&mut self.seen_all, all) != all
+    }
+
     /// Takes the signals since the last call.
     pub(super) fn take_signals(&mut self) -> Signals {
         let current = SeenSignals::load(self.signals);
@@ -296,10 +310,17 @@ fn count(counter: &AtomicU8) {
 }
 
 impl LinkEnd<'_> {
+    /// Notes that there is something for the tick, after it is there.
+    fn note_request(&self) {
+        let all = self.signals.all.load(Ordering::Relaxed).wrapping_add(1);
+        self.signals.all.store(all, Ordering::Release);
+    }
+
     /// Begins a new epoch after a signal.
     fn begin_epoch(&self) {
         let epoch = self.signals.epoch.load(Ordering::Relaxed).wrapping_add(1);
         self.signals.epoch.store(epoch, Ordering::Release);
+        self.note_request();
     }
 
     /// Signals a stop.
@@ -321,11 +342,13 @@ impl LinkEnd<'_> {
     /// Signals that the host leaves.
     pub(super) fn goodbye(&self) {
         count(&self.signals.goodbyes);
+        self.note_request();
     }
 
     /// Signals that the host is alive.
     pub(super) fn heartbeat(&self) {
         count(&self.signals.heartbeats);
+        self.note_request();
     }
 
     /// Sends a command of the present epoch.
@@ -342,7 +365,9 @@ impl LinkEnd<'_> {
             sequence,
             command,
         };
-        self.requests.enqueue(request).map_err(|_| Refusal::Busy)
+        let result = self.requests.enqueue(request);
+        self.note_request();
+        result.map_err(|_| Refusal::Busy)
     }
 }
 

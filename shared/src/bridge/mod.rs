@@ -58,10 +58,8 @@ pub use crate::control_loop::{can_run, permits, settings_refusal};
 pub use channels::{BridgeEnd, Channels, LinkEnd, QueueWatch};
 pub use link_port::LinkPort;
 
-use crate::servo::port::SetBaud;
+use crate::servo::bus::Bus;
 use core::convert::Infallible;
-use embedded_hal::digital::OutputPin;
-use embedded_hal_nb::serial::{Read, Write};
 
 use crate::JOINTS;
 use crate::control_loop::{LoopConfig, Violation};
@@ -95,8 +93,8 @@ pub enum Progress {
 }
 
 /// The application, as seen from the tick.
-pub struct Bridge<'a, S, D> {
-    sequencer: BusSequencer<S, D>,
+pub struct Bridge<'a, B> {
+    sequencer: BusSequencer<B>,
     end: BridgeEnd<'a>,
     core: Core,
     gateway: Gateway,
@@ -110,26 +108,21 @@ pub struct Bridge<'a, S, D> {
     set_back_us: u64,
 }
 
-impl<'a, S, D> Bridge<'a, S, D>
-where
-    S: Read<u8> + Write<u8> + SetBaud,
-    D: OutputPin,
-{
+impl<'a, B: Bus> Bridge<'a, B> {
     /// A bridge that will begin with the stop sequence.
     ///
     /// # Errors
     /// A [`Refusal`] if no controller exists for the set-up; one does for the
     /// default.
     pub fn new(
-        serial: S,
-        direction: D,
+        bus: B,
         end: BridgeEnd<'a>,
         now_us: u64,
         settings: &Settings,
     ) -> Result<Self, Refusal> {
         Ok(Self {
             core: Core::new(LoopConfig::build(settings)?, now_us),
-            sequencer: BusSequencer::new(serial, direction, SERVO_IDS, now_us),
+            sequencer: BusSequencer::new(bus, SERVO_IDS, now_us),
             end,
             gateway: Gateway::default(),
             supply: Supply::new(now_us),
@@ -149,7 +142,9 @@ where
         let now_us = self.monotonic_now(now_us);
         self.core.check_state();
         self.apply_core_actions();
-        self.take_requests();
+        if self.end.has_request() {
+            self.take_requests();
+        }
         self.poll_client();
         self.sequencer.permit(self.bus_permission(), now_us);
         if let Some(event) = self.sequencer.poll(now_us) {

@@ -1,8 +1,6 @@
 //! Requests of the host, handled in the tick.
 
-use crate::servo::port::SetBaud;
-use embedded_hal::digital::OutputPin;
-use embedded_hal_nb::serial::{Read, Write};
+use crate::servo::bus::Bus;
 
 use super::Bridge;
 use super::app_core::BusFacts;
@@ -13,12 +11,10 @@ use crate::link::message::{Fault, Refusal, StopSource};
 use crate::servo::Firmware;
 use crate::supervisor::{Event, State};
 
-impl<S, D> Bridge<'_, S, D>
-where
-    S: Read<u8> + Write<u8> + SetBaud,
-    D: OutputPin,
-{
-    /// Takes stops, goodbyes and hellos, then commands of the present epoch.
+impl<B: Bus> Bridge<'_, B> {
+    /// Takes stops, goodbyes and hellos, then commands of the present epoch. Not inlined: a
+    /// command has variables of some kB, and most polls have none.
+    #[inline(never)]
     pub(super) fn take_requests(&mut self) {
         let mut has_left = self.take_signals();
         while let Some(request) = self.end.take_request() {

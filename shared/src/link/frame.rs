@@ -11,6 +11,7 @@
 //! restarted, and that its frames in between are not known.
 
 use postcard::experimental::max_size::MaxSize;
+use postcard::ser_flavors::Flavor;
 use serde::{Serialize, Serializer, de::DeserializeOwned};
 
 use super::message::{Record, ToBoard, ToHost};
@@ -57,6 +58,8 @@ impl Message for ToHost {
 pub struct Encoder {
     sequence: u16,
     frame: [u8; MAX],
+    /// Length of the last frame.
+    len: usize,
 }
 
 impl Default for Encoder {
@@ -64,11 +67,17 @@ impl Default for Encoder {
         Self {
             sequence: 0,
             frame: [0; MAX],
+            len: 0,
         }
     }
 }
 
 impl Encoder {
+    /// The last frame; empty before the first.
+    pub fn last(&self) -> &[u8] {
+        self.frame.get(..self.len).unwrap_or_default()
+    }
+
     /// The frame for `message` and its sequence number.
     pub fn encode<M: Message>(&mut self, message: &M) -> (u16, &[u8]) {
         self.frame(M::DIRECTION, message)
@@ -84,8 +93,8 @@ impl Encoder {
         self.sequence = sequence.wrapping_add(1);
         // Buffers hold the longest message there is (`MAX`), so that this is
         // never empty; if it were, the receiver would count a lost frame.
-        let len = Self::write(&mut self.frame, direction, message, sequence).unwrap_or(0);
-        (sequence, self.frame.get(..len).unwrap_or_default())
+        self.len = Self::write(&mut self.frame, direction, message, sequence).unwrap_or(0);
+        (sequence, self.last())
     }
 
     /// Writes the frame where it will be sent from: the plain bytes behind the place of
@@ -100,7 +109,8 @@ impl Encoder {
         let [low, high] = sequence.to_le_bytes();
         let (header, rest) = plain.split_first_chunk_mut::<HEADER>()?;
         *header = [VERSION, direction, low, high];
-        let body = postcard::to_slice(message, rest).ok()?.len();
+        let plain_out = Plain { into: rest, len: 0 };
+        let body = postcard::serialize_with_flavor(message, plain_out).ok()?;
         let (content, rest) = plain.split_at_mut_checked(HEADER + body)?;
         let (crc, rest) = rest.split_first_chunk_mut()?;
         *crc = crc32::checksum(content).to_le_bytes();
@@ -112,6 +122,43 @@ impl Encoder {
     }
 }
 
+/// Output of postcard's: a slice, and the length so far.
+///
+/// A number has 1 to 5 bytes, or 4, for which a call of `memcpy` costs more than the
+/// bytes themselves, as postcard's own output for slices has one.
+struct Plain<'a> {
+    into: &'a mut [u8],
+    len: usize,
+}
+
+impl Flavor for Plain<'_> {
+    type Output = usize;
+
+    #[inline]
+    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
+        let slot = self.into.get_mut(self.len);
+        *slot.ok_or(postcard::Error::SerializeBufferFull)? = byte;
+        self.len += 1;
+        Ok(())
+    }
+
+    #[inline]
+    fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
+        if let Ok(word) = <[u8; 4]>::try_from(bytes) {
+            let rest = self.into.get_mut(self.len..);
+            let slots = rest.and_then(|rest| rest.first_chunk_mut());
+            *slots.ok_or(postcard::Error::SerializeBufferFull)? = word;
+            self.len += word.len();
+            return Ok(());
+        }
+        bytes.iter().try_for_each(|byte| self.try_push(*byte))
+    }
+
+    fn finalize(self) -> postcard::Result<usize> {
+        Ok(self.len)
+    }
+}
+
 /// COBS in place: replaces each zero by the distance to the next one, and the last by
 /// the distance to the end; returns the distance from the byte before `plain` to the
 /// first. One pass from the end backwards, in which each distance is known when its
@@ -120,7 +167,27 @@ fn stuff(plain: &mut [u8]) -> u8 {
     // A distance of 255 would stand for 254 bytes without a zero after them.
     const { assert!(MAX <= 255, "a longer frame may need more codes than zeros") };
     let mut distance = 1;
-    for byte in plain.iter_mut().rev() {
+    // Four at a time: most have no zero.
+    let (begin, words) = plain.as_rchunks_mut::<4>();
+    for word in words.iter_mut().rev() {
+        if has_zero(u32::from_le_bytes(*word)) {
+            distance = stuff_bytes(word, distance);
+        } else {
+            distance += 4;
+        }
+    }
+    stuff_bytes(begin, distance)
+}
+
+/// Whether one of the four bytes is zero: only below a zero byte, or in it, a subtraction
+/// of 1 from each borrows into a highest bit that was not set.
+const fn has_zero(word: u32) -> bool {
+    word.wrapping_sub(0x0101_0101) & !word & 0x8080_8080 != 0
+}
+
+/// [`stuff`] of a part, with the distance from behind it; returns that from before it.
+fn stuff_bytes(part: &mut [u8], mut distance: u8) -> u8 {
+    for byte in part.iter_mut().rev() {
         if *byte == 0 {
             *byte = distance;
             distance = 1;

@@ -4,10 +4,8 @@ use super::{BusPermission, BusSequencer, Dropouts, State};
 use crate::JOINTS;
 use crate::actuator::Pwm;
 use crate::servo::Firmware;
+use crate::servo::bus::Bus;
 use crate::servo::master::Transaction;
-use crate::servo::port::SetBaud;
-use embedded_hal::digital::OutputPin;
-use embedded_hal_nb::serial::{Read, Write};
 
 /// Ticks without a reply after which a servo may be wedged.
 const SILENT_TICKS: u32 = 3;
@@ -15,11 +13,7 @@ const SILENT_TICKS: u32 = 3;
 /// in 20 ms at 1 kHz; the other ticks command both.
 const WEDGED_TICKS: u32 = 4;
 
-impl<S, D> BusSequencer<S, D>
-where
-    S: Read<u8> + Write<u8> + SetBaud,
-    D: OutputPin,
-{
+impl<B: Bus> BusSequencer<B> {
     /// Begins a tick: sends the servos `pwm` with permission to drive, and motors off
     /// otherwise. The exchange may take `available_us`.
     pub fn begin_tick(

@@ -10,19 +10,13 @@ use super::idle_request::{IdleRequest, Owner};
 use super::time_budget::TimeBudget;
 use super::{BusPermission, BusSequencer, Dropouts, State};
 use crate::servo::Query;
+use crate::servo::bus::Bus;
 use crate::servo::master::timing::{GUARD_US, reply_latency_us, same_servo_guard_us};
-use crate::servo::port::SetBaud;
-use embedded_hal::digital::OutputPin;
-use embedded_hal_nb::serial::{Read, Write};
 
 /// Margin in µs that client traffic leaves before a tick: it must never delay one.
 const RESERVE_US: u64 = 10;
 
-impl<S, D> BusSequencer<S, D>
-where
-    S: Read<u8> + Write<u8> + SetBaud,
-    D: OutputPin,
-{
+impl<B: Bus> BusSequencer<B> {
     /// Sends the board's own next request in the present idle slot; whether one was sent.
     pub fn use_idle_slot(&mut self, tick_due_us: u64, dropouts: &Dropouts) -> bool {
         if !(self.is_ticking() && self.master.is_idle()) {

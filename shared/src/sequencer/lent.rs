@@ -7,18 +7,12 @@ use super::idle_request::Owner;
 use super::stop_plan::add_speed;
 use super::{BusPermission, BusSequencer, State};
 use crate::servo::ClientFrame;
-use crate::servo::port::SetBaud;
-use embedded_hal::digital::OutputPin;
-use embedded_hal_nb::serial::{Read, Write};
+use crate::servo::bus::Bus;
 
 /// Rates that a client may set, those of an AX-12A, in bits per second.
 const CLIENT_BAUD: core::ops::RangeInclusive<u32> = 7_800..=2_000_000;
 
-impl<S, D> BusSequencer<S, D>
-where
-    S: Read<u8> + Write<u8> + SetBaud,
-    D: OutputPin,
-{
+impl<B: Bus> BusSequencer<B> {
     /// Whether a client's packet would be relayed now.
     pub fn is_lent(&self) -> bool {
         self.state == State::Lent

@@ -79,13 +79,12 @@ pub use time_budget::TimeBudget;
 
 use crate::JOINTS;
 use crate::link::message::OffReport;
+use crate::servo::bus::Bus;
 use crate::servo::master::timing::tick_us;
 use crate::servo::master::{Master, Payload};
-use crate::servo::port::{BAUD_RATES, SetBaud};
+use crate::servo::port::BAUD_RATES;
 use crate::servo::{Firmware, ServoId};
 use discovery::Discovery;
-use embedded_hal::digital::OutputPin;
-use embedded_hal_nb::serial::{Read, Write};
 use force_off::ForceOff;
 use health_poll::HealthPoll;
 use idle_request::Owner;
@@ -94,8 +93,8 @@ use setup_step::SetupStep;
 use stop_plan::{Speeds, StopPlan, add_speed};
 
 /// See the [module](self).
-pub struct BusSequencer<S, D> {
-    master: Master<S, D>,
+pub struct BusSequencer<B> {
+    master: Master<B>,
     ids: [ServoId; JOINTS],
     state: State,
     permission: BusPermission,
@@ -123,16 +122,12 @@ pub struct BusSequencer<S, D> {
     tick: u32,
 }
 
-impl<S, D> BusSequencer<S, D>
-where
-    S: Read<u8> + Write<u8> + SetBaud,
-    D: OutputPin,
-{
+impl<B: Bus> BusSequencer<B> {
     /// A sequencer for servos with these ids, joint by joint, that begins with the stop
     /// sequence.
-    pub fn new(serial: S, direction: D, ids: [ServoId; JOINTS], now_us: u64) -> Self {
+    pub fn new(bus: B, ids: [ServoId; JOINTS], now_us: u64) -> Self {
         Self {
-            master: Master::new(serial, direction, ids),
+            master: Master::new(bus, ids),
             ids,
             state: State::Search(SearchStep::Stop),
             permission: BusPermission::Search,

@@ -1,8 +1,5 @@
 //! Steps: begin, end and order of the transactions of the sequencer.
 
-use embedded_hal::digital::OutputPin;
-use embedded_hal_nb::serial::{Read, Write};
-
 use super::discovery::Next;
 use super::idle_request::Owner;
 use super::servo_setup::Progress;
@@ -13,9 +10,9 @@ use crate::flow_token::{FlowToken, Machine};
 use crate::link::message::{Missing, Sample};
 use crate::servo::ExpectedReply;
 use crate::servo::Firmware;
+use crate::servo::bus::Bus;
 use crate::servo::master::timing::reply_latency_us;
 use crate::servo::master::{Outcome, Transaction};
-use crate::servo::port::SetBaud;
 
 /// Pause between two attempts to find the servos, in µs. It is short: each attempt begins
 /// with a stop, which a servo may need.
@@ -23,11 +20,7 @@ const SEARCH_PAUSE_US: u64 = 10_000;
 /// Interval of checks while the bus is lent, in µs.
 const LENT_POLL_US: u64 = 10_000;
 
-impl<S, D> BusSequencer<S, D>
-where
-    S: Read<u8> + Write<u8> + SetBaud,
-    D: OutputPin,
-{
+impl<B: Bus> BusSequencer<B> {
     /// Advances the bus as far as it goes without waiting. Returns an event when a
     /// transaction or step has ended; the caller [begins](Self::begin_tick) the ticks.
     pub fn poll(&mut self, now_us: u64) -> Option<BusEvent> {

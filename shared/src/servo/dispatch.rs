@@ -195,6 +195,16 @@ impl<const N: usize> ReplyParser<N> {
         }
     }
 
+    /// Takes the packet that these bytes begin with, if they have the whole of it and it is
+    /// intact, as [`ReplyParser::push`] would byte by byte, and returns the bytes after it.
+    /// `None`, and nothing is taken, otherwise, or if a packet has begun already.
+    pub fn whole_reply<'a>(&self, bytes: &'a [u8]) -> Option<(Option<Reply<'a>>, &'a [u8])> {
+        match self {
+            Self::Morpheus(parser) => parser.whole_reply(bytes),
+            Self::Stock(parser) => parser.whole_reply(bytes),
+        }
+    }
+
     /// Bytes of a packet that has begun and not ended.
     pub fn bytes_held(&self) -> usize {
         match self {

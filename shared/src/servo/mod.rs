@@ -11,6 +11,8 @@
 //! | [`ClientFrame`] | a packet of another master, parsed                    |
 //! | [`Sample`]    | a servo's position in a tick, or the reason why it is missing |
 //! | [`master`]    | one transaction at a time, advanced by `poll(now_us)`   |
+//! | [`bus`]       | the half-duplex line, as the master uses it              |
+//! | [`serial_bus`] | a line made of any serial port and pin                 |
 //! | [`port`]      | a serial port whose speed can be changed                |
 //! | [`stop`]      | the sequences that end with every motor off             |
 //!
@@ -18,11 +20,13 @@
 //! byte takes 10 µs. A servo never sends without a request; a Morpheus servo never times
 //! out, and obeys its last command for ever.
 
+pub mod bus;
 pub mod master;
 pub mod morpheus;
 pub mod port;
 pub mod protocol;
 pub mod protocol1;
+pub mod serial_bus;
 pub mod stop;
 
 mod client;

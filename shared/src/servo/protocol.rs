@@ -210,7 +210,7 @@ impl<P: Protocol, const N: usize> Parser<P, N> {
         }
         // There is room: packets longer than N are refused.
         let _ = self.bytes.push(byte);
-        match self.extent() {
+        match self.extent_of(&self.bytes) {
             Extent::Whole(length) if self.bytes.len() >= length => {}
             Extent::Whole(_) | Extent::Incomplete => return None,
             extent => {
@@ -240,13 +240,28 @@ impl<P: Protocol, const N: usize> Parser<P, N> {
         Some(found.map(|frame| P::reply(&frame)))
     }
 
-    /// Length of the packet that has begun; [`Extent::BadLength`] if it is not expected.
-    fn extent(&self) -> Extent {
-        let destination = self.bytes.get(P::DESTINATION);
+    /// Takes a whole intact packet at the beginning of bytes from servos, and returns
+    /// the bytes after it; see [`ReplyParser::whole_reply`](super::ReplyParser::whole_reply).
+    pub(super) fn whole_reply<'a>(&self, bytes: &'a [u8]) -> Option<(Option<Reply<'a>>, &'a [u8])> {
+        if self.bytes_held() > 0 {
+            return None;
+        }
+        let Extent::Whole(length) = self.extent_of(bytes) else {
+            return None;
+        };
+        let (packet, rest) = bytes.split_at_checked(length)?;
+        let frame = P::frame(packet).filter(|_| P::is_intact(packet))?;
+        Some((P::reply(&frame), rest))
+    }
+
+    /// Length of the packet that these bytes begin with; [`Extent::BadLength`] if it is not
+    /// expected.
+    fn extent_of(&self, bytes: &[u8]) -> Extent {
+        let destination = bytes.get(P::DESTINATION);
         let is_to_other = destination
             .zip(self.only_to)
             .is_some_and(|(destination, only)| *destination != only);
-        match P::extent(&self.bytes) {
+        match P::extent(bytes) {
             Extent::Incomplete | Extent::Whole(_) if is_to_other => Extent::BadLength,
             Extent::Whole(length) if length > self.longest => Extent::BadLength,
             extent => extent,

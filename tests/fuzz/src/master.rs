@@ -30,6 +30,7 @@ use armbridge_shared::servo::master::{Busy, ExpectedReply, Master, Transaction};
 use armbridge_shared::servo::morpheus::{Request, ServoId};
 use armbridge_shared::servo::port::BAUD_RATES;
 use armbridge_shared::servo::protocol1::{BROADCAST, Instruction, register};
+use armbridge_shared::servo::serial_bus::SerialBus;
 use armbridge_shared::servo::stop::{StopStep, brief_stop_step, stop_step_for};
 use armbridge_shared::servo::{Firmware, Packet};
 use embedded_hal_nb::serial::ErrorKind;
@@ -51,7 +52,7 @@ const POLLS_MAX: usize = 40;
 pub fn check(input: &[u8]) -> usize {
     let port = Port::default();
     let mut run = Run {
-        master: Master::new(port.clone(), port.clone(), ids()),
+        master: Master::new(SerialBus::new(port.clone(), port.clone()), ids()),
         port,
         now_us: 0,
         request: None,
@@ -78,7 +79,7 @@ fn ids() -> [ServoId; 2] {
 /// A master at work.
 struct Run {
     port: Port,
-    master: Master<Port, Port>,
+    master: Master<SerialBus<Port, Port>>,
     now_us: u64,
     /// The transaction under way, its bytes, and the time of its request.
     request: Option<(Transaction, Vec<u8>, u64)>,

@@ -6,6 +6,7 @@ use armbridge_shared::servo::BYTE_US;
 use armbridge_shared::servo::master::timing::GUARD_US;
 use armbridge_shared::servo::master::{ExpectedReply, Master, Outcome, Transaction};
 use armbridge_shared::servo::morpheus::{Request, ServoId};
+use armbridge_shared::servo::serial_bus::SerialBus;
 use armbridge_shared::servo::stop::{StopStep, brief_stop_step, stop_steps};
 use armbridge_tests::random::Random;
 use embedded_hal_nb::serial::ErrorKind;
@@ -101,7 +102,7 @@ fn answers(random: &mut Random, transaction: Transaction) -> ([u16; 2], Vec<Vec<
 
 struct Test {
     port: Port,
-    master: Master<Port, Port>,
+    master: Master<SerialBus<Port, Port>>,
     random: Random,
     /// Samples believed so far.
     believed: usize,
@@ -111,7 +112,7 @@ impl Test {
     fn replace_master(&mut self) {
         let (echo, depth) = (self.random.once_in(2), self.random.one_of(&[1, 16, 1000]));
         self.port = Port::new(echo, depth);
-        self.master = Master::new(self.port.clone(), self.port.clone(), ids());
+        self.master = Master::new(SerialBus::new(self.port.clone(), self.port.clone()), ids());
     }
 
     fn transaction(&mut self) -> Transaction {
@@ -261,7 +262,7 @@ impl Test {
 fn the_master_ends_in_time_and_believes_only_answers() {
     let port = Port::new(false, 1000);
     let mut test = Test {
-        master: Master::new(port.clone(), port.clone(), ids()),
+        master: Master::new(SerialBus::new(port.clone(), port.clone()), ids()),
         port,
         random: Random::new(0x5EED_0002),
         believed: 0,

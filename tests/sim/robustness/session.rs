@@ -10,6 +10,7 @@ use armbridge_shared::link::message::{
 };
 use armbridge_shared::link::schema;
 use armbridge_shared::servo::Firmware;
+use armbridge_shared::servo::serial_bus::SerialBus;
 use armbridge_tests::random::Random;
 use armbridge_tests::streams::checks::frames::frame;
 
@@ -37,7 +38,7 @@ pub(crate) struct Seen {
 /// A board whose host sends anything.
 pub(crate) struct Test<'a> {
     port: Port,
-    bridge: Bridge<'a, Port, Port>,
+    bridge: Bridge<'a, SerialBus<Port, Port>>,
     link: LinkPort<'a>,
     client: PortEnd<'a>,
     pub(crate) servos: Servos,
@@ -70,7 +71,13 @@ impl<'a> Test<'a> {
             ..BoardReport::default()
         };
         Self {
-            bridge: Bridge::new(port.clone(), port.clone(), end, 0, &settings).unwrap(),
+            bridge: Bridge::new(
+                SerialBus::new(port.clone(), port.clone()),
+                end,
+                0,
+                &settings,
+            )
+            .unwrap(),
             link: LinkPort::new(link, report, settings),
             client,
             port,

@@ -1,7 +1,8 @@
 //! Crash handling of the chip: reset cause, watchdog, reset.
 
-use super::bus::PolledBus;
+use super::bus::{self, Usart3};
 use super::supply::SupplyPin;
+use crate::board::stm32::polled_bus::PolledBus;
 use crate::board::stm32::watchdog;
 use armbridge_shared::link::message::End;
 use cortex_m::peripheral::SCB;
@@ -47,8 +48,8 @@ pub(crate) fn cut_supply() {
 }
 
 /// The servo bus for polling, from any state.
-pub(crate) fn polled_bus() -> PolledBus {
-    PolledBus::take()
+pub(crate) fn polled_bus() -> PolledBus<Usart3> {
+    bus::polled()
 }
 
 /// Reads the cause of the reset from the chip (section 7.3.21), and clears its flags, which

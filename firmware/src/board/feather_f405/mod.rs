@@ -19,10 +19,17 @@
 //!
 //! | priority | handler                                                   |
 //! |----------|-----------------------------------------------------------|
-//! | 0        | bus bytes (USART3), a few instructions each; embassy's timer (TIM2), for the LED alone |
-//! | 1        | the tick (TIM5)                                           |
-//! | 3        | USB                                                       |
+//! | 0        | the bus (USART3): some 35 instructions, four times in a tick of 1 ms |
+//! | 1        | the tick (TIM5): three times in it                        |
+//! | 3        | USB (`OTG_FS`); embassy's timer (TIM2), for the LED         |
 //! | thread   | link, log over RTT, LED                                   |
+//!
+//! The bus is above the tick because a servo may speak 45 µs after the last stop bit, and
+//! the tick computes for longer: the handler lowers the direction pin. Its bytes need no core,
+//! DMA1 moves them by streams 1 and 3 ([`half_duplex`]). USB is below the tick because the length
+//! of its handler depends on the host, and a packet that waits is held by the controller.
+//!
+//! [`half_duplex`]: crate::board::stm32::half_duplex
 //!
 //! # Settings
 //!

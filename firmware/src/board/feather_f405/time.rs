@@ -4,13 +4,12 @@
 //! TIM5 is for the tick alone; tasks in thread mode wait with embassy's timers, on TIM2. What
 //! else starts the tick, the bus and a client, makes TIM5's interrupt pending.
 
-use super::bus::{self, BusLine, Direction};
+use super::bus;
 use super::supply::SupplyPin;
 use super::{CORE_MHZ, PCLK1_MHZ};
 use crate::board::stm32::clock::Clock;
 use crate::board::stm32::watchdog;
 use crate::handler_cell::HandlerCell;
-use crate::port::Port;
 use crate::tasks::{RealTime, RealTimeLoop};
 use armbridge_shared::link::message::StopSource;
 use cortex_m::peripheral::DWT;
@@ -21,13 +20,8 @@ use embassy_stm32::pac::{RCC, TIM5};
 /// Longest interval between polls of the emergency stop, in µs.
 pub const STOP_LOOK_US: u32 = 1_000;
 
-/// A transmission ends with an interrupt. Its end as computed comes some µs before it,
-/// at which the tick would have nothing to do; this margin wakes the tick
-/// only if the interrupt is lost.
-const SENT_GRACE_US: u64 = 50;
-
 /// The tick of this board.
-pub type Tick = RealTimeLoop<'static, Port<BusLine>, Direction, Board, SupplyPin>;
+pub type Tick = RealTimeLoop<'static, bus::Line, Board, SupplyPin>;
 
 static CLOCK: Clock = Clock::new(TIM5);
 static TICK: HandlerCell<Tick> = HandlerCell::new();
@@ -39,6 +33,11 @@ pub fn start() {
     let _ = RCC.apb1enr().read();
     // APB1 is divided.
     CLOCK.start(2 * PCLK1_MHZ as u16);
+}
+
+/// The clock of the tick.
+pub fn clock() -> &'static Clock {
+    &CLOCK
 }
 
 /// Time since [`start`] in µs.
@@ -68,10 +67,8 @@ fn TIM5() {
     let Some(wait) = TICK.with(RealTimeLoop::run) else {
         return;
     };
-    let grace_us = if bus::is_sending() { SENT_GRACE_US } else { 0 };
-    let until_us = wait.until_us.saturating_add(grace_us);
     // What has come since the tick looked starts it again.
-    if bus::expect(wait.bytes) || !CLOCK.set_alarm(until_us, STOP_LOOK_US) {
+    if bus::expect(wait.bytes) || !CLOCK.set_alarm(wait.until_us, STOP_LOOK_US) {
         wake();
     }
 }

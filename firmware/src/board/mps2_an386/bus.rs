@@ -1,77 +1,76 @@
 //! The servo bus on UART1, with the timing of a real line.
 //!
-//! QEMU sends without delay. `flush` therefore reports the end of a transmission
-//! when its bytes would have left at ten bits each, so that the bus master's
-//! timing is that of a real line. The other end takes the
-//! bytes of a burst as sent back to back from the moment the first arrived.
+//! QEMU sends without delay. A transmission therefore is complete when its bytes would have left
+//! at ten bits each, so that the bus master's timing is that of a real line. The other
+//! end takes the bytes of a burst as sent back to back from the moment the first
+//! arrived. There is no direction pin, and so the line is always released in time.
 //!
-//! In lockstep the port's buffers are emptied and filled by [`super::lockstep`]
+//! In lockstep the buffers are emptied and filled by [`super::lockstep`]
 //! instead of the UART's interrupt handlers.
 
 use super::{BUS, clock};
 use crate::crash::memory;
-use crate::port::{Buffers, Line};
 use crate::stop::PolledUart;
+use armbridge_shared::servo::bus::{Bus, LineAfter, Received, Transmission};
 use armbridge_shared::servo::port::{byte_ns, bytes_us};
-use core::cell::Cell;
-use core::convert::Infallible;
-use critical_section::Mutex;
-use embedded_hal::digital::{ErrorType, OutputPin};
+use embedded_hal_nb::serial::Error;
+use heapless::Vec;
 
-/// Time at which the last stop bit is sent, in ns.
-static SENT_NS: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
-/// End of the transmission under way; `None` if there is none.
-pub fn sent_at_us(now_us: u64) -> Option<u64> {
-    let sent_us = critical_section::with(|cs| SENT_NS.borrow(cs).get()).div_ceil(1_000);
-    (sent_us > now_us).then_some(sent_us)
+/// Bytes passed on at once: more than two replies.
+const CHUNK: usize = 32;
+
+/// The servo bus.
+#[derive(Debug, Default)]
+pub struct BusLine {
+    /// Time at which the last stop bit is sent, in ns.
+    sent_ns: u64,
+    received: Vec<u8, CHUNK>,
 }
 
-/// The servo bus, for [`crate::port::Port`].
-#[derive(Debug)]
-pub struct BusLine;
+impl Bus for BusLine {
+    const RELEASES_BY_ITSELF: bool = true;
 
-impl Line for BusLine {
-    fn buffers(&self) -> &Buffers {
-        BUS.buffers()
+    fn set_baud(&mut self, baud: u32) {
+        memory::set_baud(baud);
     }
 
-    /// Called for every byte written.
-    fn start_sending(&self) {
-        let now_ns = clock::now_us() * 1_000;
+    fn send(&mut self, bytes: &[u8], _after: LineAfter) {
         let byte_ns = u64::from(byte_ns(memory::baud()));
-        critical_section::with(|cs| {
-            let sent_ns = SENT_NS.borrow(cs);
-            sent_ns.set(sent_ns.get().max(now_ns) + byte_ns);
-        });
+        self.sent_ns = clock::now_us() * 1_000 + byte_ns * bytes.len() as u64;
+        for byte in bytes {
+            // The buffer is empty, and longer than any transmission.
+            let _ = BUS.buffers().write(*byte);
+        }
         if !clock::is_lockstep() {
             BUS.send();
         }
     }
 
-    fn is_sent(&self) -> bool {
-        !BUS.buffers().is_sending() && sent_at_us(clock::now_us()).is_none()
+    fn transmission(&mut self) -> Transmission {
+        if BUS.buffers().is_sending() || clock::now_us() < self.sent_ns.div_ceil(1_000) {
+            Transmission::Sending
+        } else {
+            Transmission::Complete
+        }
     }
 
-    fn set_baud(&self, baud: u32) {
-        memory::set_baud(baud);
-    }
-}
+    fn release(&mut self) {}
 
-/// Placeholder of the direction pin, which the machine lacks.
-#[derive(Debug)]
-pub struct NoPin;
-
-impl ErrorType for NoPin {
-    type Error = Infallible;
-}
-
-impl OutputPin for NoPin {
-    fn set_low(&mut self) -> Result<(), Infallible> {
-        Ok(())
-    }
-
-    fn set_high(&mut self) -> Result<(), Infallible> {
-        Ok(())
+    fn received(&mut self) -> Received<'_> {
+        self.received.clear();
+        let error = BUS.buffers().take_error().map(|error| error.kind());
+        // An error comes before the bytes: its place among them is not known.
+        while error.is_none()
+            && !self.received.is_full()
+            && let Some(byte) = BUS.buffers().read()
+        {
+            // There is room.
+            let _ = self.received.push(byte);
+        }
+        Received {
+            bytes: &self.received,
+            error,
+        }
     }
 }
 

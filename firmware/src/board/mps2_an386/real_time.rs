@@ -10,13 +10,12 @@
 //! In lockstep the alarm does not matter: the next grant wakes the real-time loop (see
 //! [`super::lockstep`]).
 
-use super::bus::{BusLine, NoPin};
+use super::bus::BusLine;
 use super::interrupt::Irq;
 use super::supply::SupplyPin;
 use super::timer::TIMER1;
-use super::{BUS, CLOCK_MHZ, bus, clock, fault_injection, watchdog};
+use super::{BUS, CLOCK_MHZ, clock, fault_injection, watchdog};
 use crate::handler_cell::HandlerCell;
-use crate::port::Port;
 use crate::tasks::{RealTime, RealTimeLoop, Wait};
 use armbridge_shared::link::message::StopSource;
 use core::cell::Cell;
@@ -30,7 +29,7 @@ static WAITS_FOR: Mutex<Cell<(u64, Option<u16>)>> = Mutex::new(Cell::new((0, Non
 /// In lockstep: state of the stop switch, from the bench.
 static STOP_PRESSED: AtomicBool = AtomicBool::new(false);
 /// The tick of this board.
-pub type Tick = RealTimeLoop<'static, Port<BusLine>, NoPin, Board, SupplyPin>;
+pub type Tick = RealTimeLoop<'static, BusLine, Board, SupplyPin>;
 
 static TICK: HandlerCell<Tick> = HandlerCell::new();
 
@@ -61,8 +60,6 @@ pub fn on_tick() {
 /// Sets the alarm and the number of bytes that start the tick again.
 fn wait_for(Wait { until_us, bytes }: Wait) {
     let now_us = clock::now_us();
-    // The end of a transmission counts as bus activity.
-    let until_us = bus::sent_at_us(now_us).map_or(until_us, |sent_us| sent_us.min(until_us));
     if clock::is_lockstep() {
         let bytes = bytes.and_then(|wanted| u16::try_from(wanted).ok());
         critical_section::with(|cs| WAITS_FOR.borrow(cs).set((until_us, bytes)));

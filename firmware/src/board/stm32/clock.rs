@@ -50,6 +50,12 @@ impl Clock {
         self.read().1
     }
 
+    /// Time in µs since the last reading, which in the tick is that of its poll.
+    pub fn since_read_us(&self) -> u32 {
+        let (last, _) = critical_section::with(|cs| self.counted.borrow(cs).get());
+        self.timer.cnt().read().wrapping_sub(last)
+    }
+
     /// The counter, and the time.
     fn read(&self) -> (u32, u64) {
         critical_section::with(|cs| {

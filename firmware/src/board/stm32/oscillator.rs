@@ -10,10 +10,27 @@
 //! interrupt ends the program.
 
 use embassy_stm32::pac::RCC;
+use embassy_stm32::pac::rcc::regs::Cfgr;
+use embassy_stm32::pac::rcc::vals::Sw;
 
 /// Polls that a crystal has to start: at 16 MHz and some ten cycles each 60 ms; 2 ms are
 /// typical (data sheet, HSE oscillator).
 const START_POLLS: u32 = 100_000;
+
+/// The internal oscillator in MHz.
+pub const INTERNAL_MHZ: u32 = 16;
+/// Polls that a switch of the clock may take; a few cycles do.
+const SWITCH_POLLS: u32 = 1_000;
+
+/// Runs core and buses on the internal oscillator, undivided, as after a reset: for the stop
+/// sequence, which then depends on no clock that may have failed. Prescalers survive the
+/// failure of a crystal, so that they are cleared too.
+pub fn fall_back() {
+    RCC.cr().modify(|w| w.set_hsion(true));
+    let _ = (0..SWITCH_POLLS).any(|_| RCC.cr().read().hsirdy());
+    RCC.cfgr().write_value(Cfgr(0));
+    let _ = (0..SWITCH_POLLS).any(|_| RCC.cfgr().read().sws() == Sw::HSI);
+}
 
 /// Starts the crystal; false if it does not start.
 pub fn start() -> bool {

@@ -1,15 +1,12 @@
 //! Service of the transparent port's client in the idle slots of ticks.
 
-use embedded_hal::digital::OutputPin;
-use embedded_hal_nb::serial::{Read, Write};
-
 use super::super::channels::Notification;
 use super::super::{Bridge, SERVO_IDS};
 use super::{ClientLine, Progress as Answered, REPORT_US, Verdict, policy};
 use crate::link::message::Sample;
 use crate::sequencer::SearchStep;
 use crate::sequencer::State as BusState;
-use crate::servo::port::SetBaud;
+use crate::servo::bus::Bus;
 use crate::supervisor::{Event, State};
 
 /// Longest wait of a request, or of the next part of it, for a slot, in µs; then it is
@@ -22,11 +19,7 @@ const TRIES: u8 = 3;
 /// 26 µs either way.
 const EXCHANGE_SPREAD_US: u32 = 80;
 
-impl<S, D> Bridge<'_, S, D>
-where
-    S: Read<u8> + Write<u8> + SetBaud,
-    D: OutputPin,
-{
+impl<B: Bus> Bridge<'_, B> {
     /// Takes the client's bytes, and decides whether it gets or keeps the bus.
     pub(in crate::bridge) fn poll_client(&mut self) {
         let now_us = self.core.now_us();

@@ -6,17 +6,10 @@
 //! longer than [`client_silence_ms`](crate::link::limits::Limits::client_silence_ms),
 //! loses the bus: the stop sequence and a new search for the servos follow.
 
-use embedded_hal::digital::OutputPin;
-use embedded_hal_nb::serial::{Read, Write};
-
 use super::super::Bridge;
-use crate::servo::port::SetBaud;
+use crate::servo::bus::Bus;
 
-impl<S, D> Bridge<'_, S, D>
-where
-    S: Read<u8> + Write<u8> + SetBaud,
-    D: OutputPin,
-{
+impl<B: Bus> Bridge<'_, B> {
     /// Sends the client's packet unchanged; the bus is lent and idle.
     pub(in crate::bridge) fn relay(&mut self) {
         // A request from the idle slots of ticks is dropped.

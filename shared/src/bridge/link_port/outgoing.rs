@@ -22,6 +22,11 @@ impl LinkPort<'_> {
         end.records.take(|record| encoder.encode_record(record))
     }
 
+    /// The frame that was taken last, whose bytes stay until the next is.
+    pub fn last_frame(&self) -> &[u8] {
+        self.encoder.last()
+    }
+
     /// Takes the next message other than a record; records are encoded in place.
     fn next_message(&mut self) -> Option<ToHost> {
         if core::mem::take(&mut self.pending.hello) {

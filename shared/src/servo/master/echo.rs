@@ -6,9 +6,6 @@
 //! and compared. The next search looks again: a disturbed line may have been taken for the
 //! other kind.
 
-/// Bytes of the last transmission that can be compared.
-const SENT_MAX: usize = super::super::packet::REQUEST_MAX;
-
 /// Echo of the bus, as observed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 enum BusEcho {
@@ -21,44 +18,49 @@ enum BusEcho {
     Echoing,
 }
 
-/// Expected echo of the bytes sent since the last [`Echo::reset`].
+/// Expected echo of the last transmission.
 #[derive(Debug, Default)]
 pub(super) struct Echo {
     bus: BusEcho,
-    /// The last transmission, or as much of it as fits.
-    sent: heapless::Vec<u8, SENT_MAX>,
-    /// Bytes sent since the last reset, and echo bytes received.
-    sent_count: u32,
-    received_count: u32,
+    /// Bytes of the transmission, and echo bytes received.
+    sent: usize,
+    received: usize,
     mismatch: bool,
 }
 
 impl Echo {
-    /// Drops the bytes of earlier transmissions; call before sending.
-    pub(super) fn reset(&mut self) {
-        self.sent.clear();
-        self.sent_count = 0;
-        self.received_count = 0;
+    /// Notes a transmission of this many bytes, and drops the one before.
+    pub(super) fn begin(&mut self, sent: usize) {
+        self.sent = sent;
+        self.received = 0;
         self.mismatch = false;
     }
 
-    /// Notes a byte that was sent.
-    pub(super) fn note_sent(&mut self, byte: u8) {
-        // Beyond the capacity only the count is checked.
-        let _ = self.sent.push(byte);
-        self.sent_count += 1;
+    /// Received bytes without the echo of `sent`, the last transmission, at their beginning.
+    /// A byte in the place of echo that differs is counted as echo and recorded as a mismatch:
+    /// another sender drove the wire.
+    pub(super) fn strip<'a>(&mut self, bytes: &'a [u8], sent: &[u8]) -> &'a [u8] {
+        let due = if self.bus == BusEcho::Silent {
+            0
+        } else {
+            self.sent.saturating_sub(self.received)
+        };
+        let Some((echo, rest)) = bytes.split_at_checked(due.min(bytes.len())) else {
+            return bytes;
+        };
+        let expected = sent.get(self.received..).unwrap_or_default();
+        self.mismatch |= echo.iter().zip(expected).any(|(echo, sent)| echo != sent);
+        self.received += echo.len();
+        rest
     }
 
-    /// Whether this received byte is echo. A byte in the place of echo that differs is
-    /// counted as echo and recorded as a mismatch: another sender drove the wire.
-    pub(super) fn is_echo(&mut self, byte: u8) -> bool {
-        if self.bus == BusEcho::Silent || self.received_count >= self.sent_count {
-            return false;
+    /// Bytes of echo that are still to come, from a bus that is known to echo.
+    pub(super) fn bytes_due(&self) -> usize {
+        if self.is_echoing() {
+            self.sent.saturating_sub(self.received)
+        } else {
+            0
         }
-        let expected = self.sent.get(self.received_count as usize);
-        self.mismatch |= expected.is_some_and(|sent| *sent != byte);
-        self.received_count += 1;
-        true
     }
 
     /// Forgets whether the bus echoes; call before a transmission without a reply.
@@ -69,7 +71,7 @@ impl Echo {
     /// Classifies an unknown bus, at the end of a transmission and its echo.
     pub(super) fn classify_bus(&mut self) {
         if self.bus == BusEcho::Unknown {
-            let is_complete = self.received_count == self.sent_count;
+            let is_complete = self.received == self.sent;
             self.bus = if is_complete && !self.mismatch {
                 BusEcho::Echoing
             } else {
@@ -85,6 +87,6 @@ impl Echo {
 
     /// Whether the echo of the last transmission differs from the bytes sent.
     pub(super) fn is_disturbed(&self) -> bool {
-        self.is_echoing() && (self.mismatch || self.received_count < self.sent_count)
+        self.is_echoing() && (self.mismatch || self.received < self.sent)
     }
 }

@@ -2,16 +2,10 @@
 
 use super::{Busy, Master};
 use crate::servo::Firmware;
+use crate::servo::bus::Bus;
 use crate::servo::exchange::Readiness;
-use crate::servo::port::SetBaud;
-use embedded_hal::digital::OutputPin;
-use embedded_hal_nb::serial::{Read, Write};
 
-impl<S, D> Master<S, D>
-where
-    S: Read<u8> + Write<u8> + SetBaud,
-    D: OutputPin,
-{
+impl<B: Bus> Master<B> {
     /// Sets the firmware of the servos and the speed of the line.
     ///
     /// # Errors
@@ -23,7 +17,7 @@ where
         self.line.firmware = firmware;
         if self.line.baud != baud {
             self.line.baud = baud;
-            self.serial.set_baud(baud);
+            self.bus.set_baud(baud);
         }
         Ok(())
     }

@@ -1,17 +1,19 @@
 //! The bus master: one transaction at a time, advanced by [`Master::poll`].
 //!
-//! The master owns the serial port and the direction pin of the half-duplex
-//! line. It never blocks and never reads a clock: call `poll` when a byte has
-//! arrived (or [`Master::bytes_wanted`] have), when a transmission is complete,
-//! or at [`Master::wake_at_us`], whichever comes first. Being called more often
-//! does no harm.
+//! The master owns the [`Bus`], the half-duplex line. It never blocks and never reads a
+//! clock: call `poll` when a byte has arrived (or [`Master::bytes_wanted`] have), or at
+//! [`Master::wake_at_us`], whichever comes first. Being called more often does no harm.
 //!
 //! # Turn-around
 //!
 //! A servo begins its reply 45 µs after the last stop bit of the request at the
-//! earliest. The direction pin is lowered in the first poll after `flush`
-//! reports that bit sent: poll within 40 µs. A servo holds the line for up
-//! to 28 µs after its reply, and the master keeps the bus idle for [`GUARD_US`].
+//! earliest, holds the line for up to 28 µs after its reply, and the master keeps the bus idle
+//! for [`GUARD_US`].
+//!
+//! A bus that releases the line by itself needs no poll at the end of a transmission: pause
+//! or receive window begin at its computed end, and a tick with Morpheus servos is three
+//! polls: its begin, CYCLE, the end of the replies. Of another bus the master polls the end,
+//! and times what follows from there; poll within 40 µs then.
 //!
 //! # Two firmwares, one bus
 //!
@@ -26,7 +28,7 @@
 //! | [`timing`]      | response times of servos, idle time of the bus        |
 //! | `receiver`      | received bytes, decoded; causes of missing replies    |
 //! | `echo`          | separation of our own echo from replies               |
-//! | `step`          | effect of a step on port and pin                      |
+//! | `step`          | effect of a step on the bus                           |
 
 mod echo;
 mod line;
@@ -41,23 +43,22 @@ pub use super::transaction::{Outcome, Transaction};
 pub use receiver::Payload;
 
 use super::ServoId;
+use super::bus::{Bus, SEND_MAX, Transmission};
 use super::exchange::{GUARD_US, Line};
-use super::port::{SetBaud, bytes_us};
+use super::port::bytes_us;
 use super::protocol1::Alarms;
 use super::{Firmware, Missing, Sample};
 use crate::JOINTS;
 use crate::actuator::Pwm;
 use core::convert::Infallible;
 use echo::Echo;
-use embedded_hal::digital::OutputPin;
-use embedded_hal_nb::serial::{Read, Write};
 use receiver::Receiver;
 use timing::same_servo_guard_us;
 
-/// Reads from the port in one poll: the longest transmission's echo and more.
+/// Bytes and errors taken from the bus in one poll: the longest transmission's echo and more.
 const DRAIN_MAX: usize = 256;
 /// Bytes of the longest packet of [`Master::request`].
-pub const REQUEST_BYTES_MAX: usize = 260;
+pub const REQUEST_BYTES_MAX: usize = SEND_MAX;
 /// Bytes tapped between two polls.
 const RX_TAP_BYTES: usize = 256;
 
@@ -78,39 +79,33 @@ pub enum RequestError {
 }
 
 /// Phase of the step under way.
-#[derive(Debug)]
-#[allow(clippy::large_enum_variant, reason = "there is no heap for a box")]
+#[derive(Clone, Copy, Debug)]
 enum Phase {
     Idle,
+    /// The next step may begin from then on.
     Pausing {
         until_us: u64,
     },
-    Writing {
-        cursor: usize,
-        repeats: u16,
-        retry_us: u64,
-    },
-    Flushing {
-        expected_us: u64,
+    /// The end of the transmission is awaited; the time of the next look at it.
+    Sending {
+        until_us: u64,
     },
     Listening {
-        receiver: Receiver,
         until_us: u64,
     },
 }
 
 /// The half-duplex bus master.
 #[derive(Debug)]
-pub struct Master<S, D> {
-    serial: S,
-    direction: D,
+pub struct Master<B> {
+    bus: B,
     line: Line,
     echo: Echo,
     phase: Phase,
-    /// The bytes that are being sent, or were sent last.
-    outgoing: heapless::Vec<u8, REQUEST_BYTES_MAX>,
-    /// Reply to the last [`Master::request`].
-    reply: Option<Payload>,
+    /// The bytes that are being sent, or were sent last; or those of a request to be sent.
+    outgoing: heapless::Vec<u8, SEND_MAX>,
+    /// Replies to the last request.
+    receiver: Receiver,
     /// Whether bytes from the servos are kept in `rx_tap`, for a client.
     is_tapped: bool,
     rx_tap: heapless::Deque<u8, RX_TAP_BYTES>,
@@ -123,17 +118,12 @@ pub struct Master<S, D> {
     alarms: [Alarms; JOINTS],
 }
 
-impl<S, D> Master<S, D>
-where
-    S: Read<u8> + Write<u8> + SetBaud,
-    D: OutputPin,
-{
-    /// A master for Morpheus servos at 1 Mbaud with these ids, joint by joint.
-    /// The direction pin, high to send, is lowered at once.
-    pub fn new(serial: S, direction: D, ids: [ServoId; JOINTS]) -> Self {
+impl<B: Bus> Master<B> {
+    /// A master for Morpheus servos at 1 Mbaud with these ids, joint by joint. The line is
+    /// released at once.
+    pub fn new(bus: B, ids: [ServoId; JOINTS]) -> Self {
         let mut master = Self {
-            serial,
-            direction,
+            bus,
             line: Line {
                 ids,
                 firmware: Firmware::Morpheus,
@@ -144,7 +134,7 @@ where
             echo: Echo::default(),
             phase: Phase::Idle,
             outgoing: heapless::Vec::new(),
-            reply: None,
+            receiver: Receiver::default(),
             is_tapped: false,
             rx_tap: heapless::Deque::new(),
             transaction: Transaction::Stop,
@@ -154,8 +144,8 @@ where
             samples: NO_SAMPLES,
             alarms: [Alarms::NONE; JOINTS],
         };
-        master.serial.set_baud(master.line.baud);
-        master.drive_line(false);
+        master.bus.set_baud(master.line.baud);
+        master.bus.release();
         master
     }
 
@@ -184,16 +174,18 @@ where
         if !self.is_idle() {
             return Err(RequestError::Busy);
         }
-        let outgoing = heapless::Vec::from_slice(packet).map_err(|_| RequestError::TooLong)?;
+        if packet.len() > SEND_MAX {
+            return Err(RequestError::TooLong);
+        }
         self.begin(Transaction::Request(expected), now_us)
             .map_err(|Busy| RequestError::Busy)?;
-        self.outgoing = outgoing;
+        self.set_outgoing(packet);
         Ok(())
     }
 
     /// Reply to the last [`Master::request`].
     pub fn reply(&self) -> Option<&Payload> {
-        self.reply.as_ref()
+        self.receiver.reply()
     }
 
     /// Begins a transaction; poll it to its end.
@@ -213,7 +205,7 @@ where
         self.next_step = 0;
         self.samples = NO_SAMPLES;
         self.alarms = [Alarms::NONE; JOINTS];
-        self.reply = None;
+        self.receiver.forget_reply();
         self.phase = Phase::Pausing {
             until_us: self.begun_us,
         };
@@ -232,7 +224,7 @@ where
     /// # Errors
     /// `WouldBlock` while it is not over, or when there is none.
     pub fn poll(&mut self, now_us: u64) -> nb::Result<Outcome, Infallible> {
-        if matches!(self.phase, Phase::Idle) {
+        if self.is_idle() {
             if self.is_tapped {
                 self.drain(now_us);
             }
@@ -241,52 +233,38 @@ where
         self.drain(now_us);
         // Every iteration advances the transaction by a step, and a transaction has few
         // steps: the loop ends.
-        loop {
-            match &mut self.phase {
-                Phase::Idle => break,
-                Phase::Pausing { until_us } if now_us < *until_us => {
-                    return Err(nb::Error::WouldBlock);
-                }
-                Phase::Pausing { .. } => {}
-                Phase::Writing {
-                    cursor,
-                    repeats,
-                    retry_us,
-                } => {
-                    while let Some(byte) = self.outgoing.get(*cursor) {
-                        match self.serial.write(*byte) {
-                            Err(nb::Error::WouldBlock) => {
-                                *retry_us = now_us + bytes_us(1, self.line.baud);
-                                return Err(nb::Error::WouldBlock);
-                            }
-                            // A byte that the port refuses is missing on the wire: the
-                            // servos' checksum detects it.
-                            Ok(()) | Err(nb::Error::Other(_)) => self.echo.note_sent(*byte),
-                        }
-                        *cursor += 1;
-                        if *cursor == self.outgoing.len() && *repeats > 1 {
-                            *repeats -= 1;
-                            *cursor = 0;
-                        }
-                    }
-                    self.phase = Phase::Flushing {
-                        expected_us: self.active_us,
-                    };
-                    continue;
-                }
-                Phase::Flushing { expected_us } => match self.serial.flush() {
-                    Err(nb::Error::WouldBlock) => {
-                        *expected_us = (*expected_us).max(now_us + bytes_us(1, self.line.baud));
+        while !self.is_idle() {
+            match self.phase {
+                Phase::Idle => {}
+                Phase::Pausing { until_us } => {
+                    if now_us < until_us {
                         return Err(nb::Error::WouldBlock);
                     }
-                    Ok(()) | Err(nb::Error::Other(_)) => self.active_us = now_us,
+                    // A transmission that takes longer than computed is not cut short.
+                    if self.bus.transmission() != Transmission::Complete {
+                        let until_us = now_us + bytes_us(1, self.line.baud);
+                        self.phase = Phase::Pausing { until_us };
+                        return Err(nb::Error::WouldBlock);
+                    }
+                }
+                Phase::Sending { until_us } => match self.bus.transmission() {
+                    Transmission::Complete => self.active_us = now_us,
+                    transmission => {
+                        let soon_us = now_us + bytes_us(1, self.line.baud);
+                        let until_us = match transmission {
+                            Transmission::Waiting => soon_us,
+                            _ => until_us.max(self.active_us).max(soon_us),
+                        };
+                        self.phase = Phase::Sending { until_us };
+                        return Err(nb::Error::WouldBlock);
+                    }
                 },
-                Phase::Listening { receiver, until_us } => {
-                    if !receiver.is_complete() && now_us < *until_us {
+                Phase::Listening { until_us } => {
+                    if !self.receiver.is_complete() && now_us < until_us {
                         return Err(nb::Error::WouldBlock);
                     }
                     let echo = &self.echo;
-                    receiver.finish(
+                    self.receiver.finish(
                         &mut self.samples,
                         &mut self.alarms,
                         echo.is_echoing(),
@@ -338,23 +316,20 @@ where
     pub fn wake_at_us(&self) -> u64 {
         match self.phase {
             Phase::Idle => u64::MAX,
-            Phase::Pausing { until_us } | Phase::Listening { until_us, .. } => until_us,
-            Phase::Writing { retry_us, .. } => retry_us,
-            Phase::Flushing { expected_us } => expected_us,
+            Phase::Pausing { until_us }
+            | Phase::Sending { until_us }
+            | Phase::Listening { until_us } => until_us,
         }
     }
 
     /// Number of received bytes that makes a poll before [`Master::wake_at_us`] useful;
     /// `None` if none does. Polling at every byte has the same result, and costs more.
     pub fn bytes_wanted(&self) -> Option<usize> {
-        match &self.phase {
+        match self.phase {
             // The client wants every byte as it comes.
             _ if self.is_tapped => Some(1),
-            Phase::Listening { receiver, .. } => Some(receiver.bytes_wanted()),
-            Phase::Idle
-            | Phase::Pausing { .. }
-            | Phase::Writing { .. }
-            | Phase::Flushing { .. } => None,
+            Phase::Listening { .. } => Some(self.receiver.bytes_wanted() + self.echo.bytes_due()),
+            Phase::Idle | Phase::Pausing { .. } | Phase::Sending { .. } => None,
         }
     }
 }

@@ -5,7 +5,7 @@ use super::super::dispatch::ReplyParser;
 use super::super::exchange::{ExpectedReplies, ReplyContent};
 use super::super::protocol::{PacketError, Reply};
 use super::super::protocol1::Alarms;
-use super::super::{Firmware, Missing, Sample, ServoId};
+use super::super::{ExpectedReply, Firmware, Missing, Sample, ServoId};
 use crate::JOINTS;
 use heapless::Vec;
 
@@ -57,22 +57,15 @@ struct Replies {
     fault: RxFault,
 }
 
-impl Receiver {
-    pub(super) fn new(expected: ExpectedReplies, firmware: Firmware) -> Self {
-        let firmware = match expected {
-            ExpectedReplies::Chain(_) => Firmware::Morpheus,
-            ExpectedReplies::Servo(..) | ExpectedReplies::Request(_) => firmware,
-        };
+impl Default for Receiver {
+    /// A receiver that expects nothing.
+    fn default() -> Self {
+        let nothing = ExpectedReplies::Request(ExpectedReply::NONE);
         Self {
-            parser: match expected {
-                ExpectedReplies::Request(_) => ReplyParser::new(firmware),
-                ExpectedReplies::Servo(..) | ExpectedReplies::Chain(_) => {
-                    ReplyParser::to_bridge(firmware, firmware.tick_reply_max())
-                }
-            },
+            parser: ReplyParser::new(Firmware::Morpheus),
             replies: Replies {
-                expected,
-                firmware,
+                expected: nothing,
+                firmware: Firmware::Morpheus,
                 answers: [None; JOINTS],
                 alarms: Alarms::NONE,
                 reply: None,
@@ -80,21 +73,48 @@ impl Receiver {
             },
         }
     }
+}
 
-    /// Takes a received byte that is not our echo.
-    pub(super) fn push_byte(&mut self, byte: u8, ids: [ServoId; JOINTS]) {
-        self.replies.note_fault(RxFault::Bytes);
-        match self.parser.push(byte) {
-            None | Some(Err(PacketError::Header)) => {}
-            Some(Err(PacketError::Checksum { .. })) => {
-                self.replies.note_fault(RxFault::BadChecksum);
+impl Receiver {
+    /// Begins a window for these replies of servos with this firmware.
+    pub(super) fn begin(&mut self, expected: ExpectedReplies, firmware: Firmware) {
+        let firmware = match expected {
+            ExpectedReplies::Chain(_) => Firmware::Morpheus,
+            ExpectedReplies::Servo(..) | ExpectedReplies::Request(_) => firmware,
+        };
+        self.parser = match expected {
+            ExpectedReplies::Request(_) => ReplyParser::new(firmware),
+            ExpectedReplies::Servo(..) | ExpectedReplies::Chain(_) => {
+                ReplyParser::to_bridge(firmware, firmware.tick_reply_max())
             }
-            Some(Ok(reply)) => {
-                let accepted = reply.and_then(|reply| self.replies.accept_reply(&reply, ids));
-                if accepted.is_none() {
-                    self.replies.note_fault(RxFault::UnexpectedReply);
+        };
+        let replies = &mut self.replies;
+        replies.expected = expected;
+        replies.firmware = firmware;
+        replies.answers = [None; JOINTS];
+        replies.alarms = Alarms::NONE;
+        replies.reply = None;
+        replies.fault = RxFault::NoBytes;
+    }
+
+    /// Takes received bytes that are not our echo.
+    pub(super) fn push(&mut self, mut bytes: &[u8], ids: [ServoId; JOINTS]) {
+        while let Some((first, rest)) = bytes.split_first() {
+            self.replies.note_fault(RxFault::Bytes);
+            // The usual case: whole replies, one after the other.
+            if let Some((reply, rest)) = self.parser.whole_reply(bytes) {
+                self.replies.take(reply, ids);
+                bytes = rest;
+                continue;
+            }
+            match self.parser.push(*first) {
+                None | Some(Err(PacketError::Header)) => {}
+                Some(Err(PacketError::Checksum { .. })) => {
+                    self.replies.note_fault(RxFault::BadChecksum);
                 }
+                Some(Ok(reply)) => self.replies.take(reply, ids),
             }
+            bytes = rest;
         }
     }
 
@@ -171,8 +191,13 @@ impl Receiver {
     }
 
     /// The reply to the packet of [`super::Transaction::Request`], if it came.
-    pub(super) fn into_reply(self) -> Option<Payload> {
-        self.replies.reply
+    pub(super) fn reply(&self) -> Option<&Payload> {
+        self.replies.reply.as_ref()
+    }
+
+    /// Forgets that reply.
+    pub(super) fn forget_reply(&mut self) {
+        self.replies.reply = None;
     }
 }
 
@@ -180,6 +205,14 @@ impl Replies {
     /// Records a fault, unless a more specific one is recorded.
     fn note_fault(&mut self, fault: RxFault) {
         self.fault = self.fault.max(fault);
+    }
+
+    /// Takes an intact packet: a reply, or `None` for what no servo would send.
+    fn take(&mut self, reply: Option<Reply<'_>>, ids: [ServoId; JOINTS]) {
+        let accepted = reply.and_then(|reply| self.accept_reply(&reply, ids));
+        if accepted.is_none() {
+            self.note_fault(RxFault::UnexpectedReply);
+        }
     }
 
     /// Takes a reply; `None` if it is not expected.
