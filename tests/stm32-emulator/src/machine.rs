@@ -94,6 +94,12 @@ impl<L: Line> Machine<L> {
         self.core.start_at(start);
     }
 
+    /// Lets time pass without executing anything, as if another program ran meanwhile.
+    pub fn pass_time(&mut self, until: Time) {
+        self.system.jump(until);
+        self.system.touch();
+    }
+
     /// Resets so far.
     pub fn resets(&self) -> &[ResetEvent] {
         &self.resets
