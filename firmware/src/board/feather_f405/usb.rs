@@ -18,10 +18,12 @@
 //! 34.16.4, soft disconnect of a suspended device). The driver connects, disconnects and
 //! connects again within microseconds, which a host takes for the bounce of a contact.
 //!
-//! # Data toggles
+//! # A second configuration
 //!
-//! A host that configures the board begins at DATA0. The driver resets the board's toggles
-//! at a bus reset, but not when it is configured a second time: [`Toggles`] does.
+//! A host that configures the board begins at DATA0. The driver sets the board's toggles to
+//! DATA0 at a bus reset, but not when it is configured a second time. Then it also empties the
+//! FIFO of a packet that the host has not fetched, and leaves the endpoint waiting for it for
+//! ever. [`Restart`] mends both.
 
 use crate::tasks::{FromClient, FromHost, LineChanges, ToHost};
 use armbridge_shared::bridge::gateway::ClientLine;
@@ -88,10 +90,10 @@ pub fn detach() {
         .modify(|w| w.set_moder(PLUS_PIN, Moder::OUTPUT));
 }
 
-/// Sets the data toggles to DATA0 when a host configures the device.
-struct Toggles;
+/// Restarts the endpoints when a host configures the device: nothing to be sent, and DATA0.
+struct Restart;
 
-impl Handler for Toggles {
+impl Handler for Restart {
     fn configured(&mut self, configured: bool) {
         if !configured {
             return;
@@ -99,9 +101,12 @@ impl Handler for Toggles {
         for endpoint in 1..=ENDPOINTS {
             // The interrupt handler does not write these registers; the tasks that do are
             // not run meanwhile.
-            pac::USB_OTG_FS
-                .diepctl(endpoint)
-                .modify(|w| w.set_sd0pid_sevnfrm(true));
+            let control = pac::USB_OTG_FS.diepctl(endpoint);
+            if control.read().epena() {
+                // NAK was set when the endpoint was enabled (section 34.17.6).
+                control.modify(|w| w.set_epdis(true));
+            }
+            control.modify(|w| w.set_sd0pid_sevnfrm(true));
             pac::USB_OTG_FS
                 .doepctl(endpoint)
                 .modify(|w| w.set_sd0pid_sevnfrm(true));
@@ -123,7 +128,7 @@ pub fn start(
     static MICROSOFTS: StaticCell<[u8; MICROSOFTS_LEN]> = StaticCell::new();
     // The longest answer of a control transfer, Microsoft's descriptors, is a part of it.
     static CONTROL: StaticCell<[u8; MICROSOFTS_LEN]> = StaticCell::new();
-    static TOGGLES: StaticCell<Toggles> = StaticCell::new();
+    static RESTART: StaticCell<Restart> = StaticCell::new();
     static STATE: StaticCell<State<'static>> = StaticCell::new();
 
     let mut electrical = usb::Config::default();
@@ -152,7 +157,7 @@ pub fn start(
     let serial = CdcAcmClass::new(&mut builder, state, PACKET_MAX as u16);
     let (to_client, from_client, changes) = serial.split_with_control();
 
-    builder.handler(TOGGLES.init(Toggles));
+    builder.handler(RESTART.init(Restart));
     let mut function = builder.function(VENDOR, 0, 0);
     function.msos_feature(CompatibleIdFeatureDescriptor::new("WINUSB", ""));
     function.msos_feature(RegistryPropertyFeatureDescriptor::new(
