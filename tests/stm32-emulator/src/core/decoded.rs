@@ -46,19 +46,20 @@ impl Decoded {
 }
 
 impl Core {
-    /// The instruction at an address.
+    /// Place of the instruction at an address in the store; its last place is for those that
+    /// are not kept.
     #[inline]
     pub(super) fn fetch<M: Memory>(
         &mut self,
         memory: &mut M,
         address: u32,
-    ) -> Result<Decoded, Fault> {
-        let index = address.wrapping_sub(self.build.code.start) as usize / 2;
-        if let Some(decoded) = self.decoded.get(index)
-            && decoded.instruction != Instruction::Unknown
+    ) -> Result<usize, Fault> {
+        let place = address.wrapping_sub(self.build.code.start) as usize / 2;
+        if place < self.decoded.len() - 1
+            && !matches!(self.decoded[place].instruction, Instruction::Unknown)
             && (!self.mpu.is_enabled() || self.is_checked(address))
         {
-            return Ok(*decoded);
+            return Ok(place);
         }
         self.fetch_anew(memory, address)
     }
@@ -69,7 +70,7 @@ impl Core {
     }
 
     #[inline(never)]
-    fn fetch_anew<M: Memory>(&mut self, memory: &mut M, address: u32) -> Result<Decoded, Fault> {
+    fn fetch_anew<M: Memory>(&mut self, memory: &mut M, address: u32) -> Result<usize, Fault> {
         self.check_fetch(address)?;
         let first = memory.fetch(address).map_err(|_| Fault::FetchBus)?;
         let decoded = if decode::is_wide(first) {
@@ -80,11 +81,10 @@ impl Core {
         } else {
             Decoded::new(decode::narrow(first), 1)
         };
-        let index = address.wrapping_sub(self.build.code.start) as usize / 2;
-        if let Some(kept) = self.decoded.get_mut(index) {
-            *kept = decoded;
-        }
-        Ok(decoded)
+        let place = address.wrapping_sub(self.build.code.start) as usize / 2;
+        let place = place.min(self.decoded.len() - 1);
+        self.decoded[place] = decoded;
+        Ok(place)
     }
 
     /// The code at an address, as [`super::Step::Unimplemented`] gives it.

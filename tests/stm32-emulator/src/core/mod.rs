@@ -179,7 +179,7 @@ pub struct Core {
 impl Core {
     /// A processor that was not reset yet.
     pub fn new(build: Build) -> Self {
-        let halfwords = build.code.len().div_ceil(2);
+        let kept = build.code.len().div_ceil(2);
         Self {
             nvic: Nvic::new(build.interrupts, build.priority_bits),
             control: SystemControl::new(build.vectors),
@@ -206,7 +206,7 @@ impl Core {
             float_result: (0, 0),
             checked: false,
             fetch_granule: u32::MAX,
-            decoded: vec![Decoded::UNKNOWN; halfwords],
+            decoded: vec![Decoded::UNKNOWN; kept + 1],
             previous_access: false,
             time: 0,
             executed: 0,
@@ -281,39 +281,42 @@ impl Core {
             return step;
         }
         let address = self.pc;
-        let decoded = match self.fetch(memory, address) {
-            Ok(decoded) => decoded,
+        let place = match self.fetch(memory, address) {
+            Ok(place) => place,
             Err(fault) => return self.stopped(memory, Stop::Fault(fault)),
         };
-        memory.executes(address, u32::from(decoded.halfwords));
+        let halfwords = u32::from(self.decoded[place].halfwords);
+        memory.executes(address, halfwords);
         self.r[15] = address.wrapping_add(4);
-        self.next = address.wrapping_add(u32::from(decoded.halfwords) * 2);
+        self.next = address.wrapping_add(halfwords * 2);
         let it = self.it;
         if it != 0 {
-            if !self.flags.hold(it >> 4) && !decoded.is_unconditional() {
+            if !self.flags.hold(it >> 4) && !self.decoded[place].is_unconditional() {
                 self.it = advance_it(it);
                 return self.executed_in_cycles(1, false);
             }
-            return match self.execute(memory, decoded.instruction) {
+            return match self.execute(memory, place) {
                 Ok(more) => {
                     self.it = advance_it(it);
-                    self.finish(decoded, more)
+                    self.finish(place, more)
                 }
                 Err(stop) => self.stopped(memory, stop),
             };
         }
-        match self.execute(memory, decoded.instruction) {
-            Ok(more) => self.finish(decoded, more),
+        match self.execute(memory, place) {
+            Ok(more) => self.finish(place, more),
             Err(stop) => self.stopped(memory, stop),
         }
     }
 
     /// An instruction is done.
     #[inline]
-    fn finish(&mut self, decoded: Decoded, more: u32) -> Step {
+    fn finish(&mut self, place: usize, more: u32) -> Step {
+        let decoded = &self.decoded[place];
         let saved = u32::from(decoded.is_paired && self.previous_access);
         let cycles = u32::from(decoded.cycles) + more - saved;
-        self.executed_in_cycles(cycles, decoded.is_access)
+        let access = decoded.is_access;
+        self.executed_in_cycles(cycles, access)
     }
 
     #[inline]

@@ -1,7 +1,7 @@
 //! The private peripherals by address: system control, NVIC, `SysTick`, MPU, FPU, DWT, ITM.
 //!
 //! Reserved registers read as zero and ignore writes, and so do those of units that only a
-//! debugger uses. ITM ports are always ready for data, which go nowhere.
+//! debugger uses: ITM ports are disabled, and so never ready for data (C1.7.3).
 //! Source: DDI 0403, B3.2 (system control), B3.4 (NVIC), C1; 100166, 4.1 for the values.
 
 use super::nvic::number;
@@ -156,7 +156,6 @@ impl Core {
     fn read_word(&mut self, address: u32) -> u32 {
         let bank = (address >> 2 & 7) as u16;
         match address {
-            0xE000_0000..=0xE000_007F => 1,
             0xE000_1000 => 4 << 28 | u32::from(self.debug.counts),
             0xE000_1004 => self.cycle_count(),
             0xE000_E004 => u32::from(self.build.interrupts.div_ceil(32).max(1)) - 1,

@@ -3,4 +3,5 @@
 mod elf;
 mod mps2;
 mod qemu;
+mod random;
 mod trace;

@@ -14,6 +14,7 @@ const TIMER0: u32 = 0x4000_0000;
 const TIMER_PERIOD_NS: u64 = 40;
 
 /// Memory and devices.
+#[derive(Clone)]
 pub(crate) struct Bus {
     code: Vec<u8>,
     data: Vec<u8>,
@@ -24,7 +25,7 @@ pub(crate) struct Bus {
 }
 
 /// A CMSDK timer, as far as it is a clock.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Timer {
     control: u32,
     reload: u32,
@@ -61,6 +62,17 @@ impl Timer {
 }
 
 impl Bus {
+    /// Memory without contents.
+    pub(crate) fn new() -> Self {
+        Self {
+            code: vec![0; CODE],
+            data: vec![0; DATA],
+            timer: Timer::default(),
+            now_ns: 0,
+            printed: Vec::new(),
+        }
+    }
+
     fn slice(&mut self, address: u32, length: usize) -> Result<&mut [u8], BusError> {
         let (memory, begin) = if address < DATA_BEGIN {
             (&mut self.code, 0)
@@ -127,27 +139,26 @@ impl Memory for Bus {
 
 /// A machine with an image in it, after a reset.
 pub(crate) fn machine(image: &[u8]) -> (Core, Bus) {
-    let mut bus = Bus {
-        code: vec![0; CODE],
-        data: vec![0; DATA],
-        timer: Timer::default(),
-        now_ns: 0,
-        printed: Vec::new(),
-    };
+    let mut bus = Bus::new();
     for (address, bytes) in elf::parts(image) {
         let place = bus.slice(address, bytes.len()).unwrap();
         place.copy_from_slice(bytes);
     }
-    let mut core = Core::new(Build {
+    let mut core = core(CODE);
+    core.reset(&mut bus).unwrap();
+    (core, bus)
+}
+
+/// The machine's processor before a reset, which keeps so many bytes of code decoded.
+pub(crate) fn core(kept: usize) -> Core {
+    Core::new(Build {
         interrupts: 32,
         priority_bits: 8,
         vectors: 0,
-        code: 0..CODE as u32,
+        code: 0..kept as u32,
         debugger: true,
         bit_band: false,
-    });
-    core.reset(&mut bus).unwrap();
-    (core, bus)
+    })
 }
 
 /// A semihosting call: its exit code if the image ends with it.

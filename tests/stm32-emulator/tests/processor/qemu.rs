@@ -21,7 +21,8 @@ fn read(path: &Path) -> Vec<u8> {
     })
 }
 
-fn qemu(image: &Path) -> Command {
+/// QEMU with an image, a virtual nanosecond an instruction.
+pub(crate) fn command(image: &Path) -> Command {
     let mut command = Command::new("qemu-system-arm");
     command
         .args(["-machine", "mps2-an386", "-display", "none"])
@@ -44,7 +45,7 @@ fn counts_and_results_are_those_of_qemu() {
         "{executed} instructions, {:.1} million a second",
         per_second / 1e6
     );
-    let output = qemu(&image).output().unwrap();
+    let output = command(&image).output().unwrap();
     assert!(output.status.success(), "{output:?}");
     let expected = String::from_utf8(output.stdout).unwrap();
     let printed = String::from_utf8(bus.printed).unwrap();
@@ -64,7 +65,7 @@ fn each_state_is_that_of_qemu() {
         let (mut core, mut bus) = mps2::machine(&read(&image));
         // The architecture leaves the flags open at a reset.
         core.set_xpsr(0x4100_0000);
-        trace::compare(qemu(&image), &mut core, &mut bus, &range, limit)
+        trace::compare(command(&image), &mut core, &mut bus, &range, limit)
     };
     assert_eq!(compare(0..CODE, 200_000), 200_000);
     // Then the first instructions of each part of the code, however late they are executed.

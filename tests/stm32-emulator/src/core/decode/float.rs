@@ -64,6 +64,9 @@ fn other_data(first: u32, second: u32) -> Instruction {
     let one = |op| Instruction::Float { op, d, n: m, m };
     let convert = |op| Instruction::FloatConvert { op, d, m };
     if !bit(second, 6) {
+        if second & 0xA0 != 0 {
+            return Instruction::Unimplemented;
+        }
         return Instruction::FloatImmediate {
             d,
             bits: expand(number << 4 | second & 15),
@@ -76,12 +79,9 @@ fn other_data(first: u32, second: u32) -> Instruction {
         (1, true) => one(FloatOp::Root),
         (2, top) => convert(Convert::FromHalf { top }),
         (3, top) => convert(Convert::ToHalf { top }),
-        (4 | 5, signal) => Instruction::FloatCompare {
-            d,
-            m,
-            with_zero: number == 5,
-            signal,
-        },
+        (4, signal) => compare(d, m, false, signal),
+        (5, signal) if m == 0 => compare(d, d, true, signal),
+        (5, _) => Instruction::Unimplemented,
         (8, signed) => convert(Convert::FromInteger { signed }),
         (12 | 13, to_zero) => convert(Convert::ToInteger {
             signed: number == 13,
@@ -89,6 +89,15 @@ fn other_data(first: u32, second: u32) -> Instruction {
         }),
         (10 | 11 | 14 | 15, word) => fixed(number, !word, d, second),
         _ => Instruction::Undefined,
+    }
+}
+
+fn compare(d: Reg, m: Reg, with_zero: bool, signal: bool) -> Instruction {
+    Instruction::FloatCompare {
+        d,
+        m,
+        with_zero,
+        signal,
     }
 }
 
@@ -125,13 +134,15 @@ pub(super) fn expand(imm: u32) -> u32 {
 fn transfer(first: u32, second: u32) -> Instruction {
     let (t, load, select) = (field(second, 12, 4), bit(first, 4), first >> 5 & 7);
     let n = match (bit(second, 8), select) {
+        // Bits that should be zero are.
+        _ if second & 0x6F != 0 => return Instruction::Unimplemented,
+        _ if t == 15 && !load => return Instruction::Unimplemented,
+        (false, 7) if bit(second, 7) => return Instruction::Unimplemented,
         (false, 0) => n(first, second),
         (false, 7) if first & 15 == 1 && load => return Instruction::ReadFloatStatus { t },
         (false, 7) if first & 15 == 1 => return Instruction::WriteFloatStatus { t },
         // Half of a double-precision register; there are 16 of these.
-        (true, 0 | 1) if !bit(second, 7) && second >> 5 & 3 == 0 => {
-            field(first, 0, 4) << 1 | field(first, 5, 1)
-        }
+        (true, 0 | 1) if !bit(second, 7) => field(first, 0, 4) << 1 | field(first, 5, 1),
         _ => return Instruction::Undefined,
     };
     if load {

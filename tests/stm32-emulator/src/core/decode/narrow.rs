@@ -32,6 +32,8 @@ pub(super) fn decode(code: u32) -> Instruction {
         },
         0b10101 => add_to_sp(field(code, 8, 3), (code & 0xFF) * 4),
         0b10110 | 0b10111 => miscellaneous(code),
+        // An empty list.
+        0b11000 | 0b11001 if code & 0xFF == 0 => Instruction::Unimplemented,
         0b11000 => Instruction::StoreMultiple {
             n: field(code, 8, 3),
             before: false,
@@ -271,13 +273,14 @@ fn miscellaneous(code: u32) -> Instruction {
             2 => extend(Extend::Half),
             _ => extend(Extend::Byte),
         },
+        0b0100 | 0b0101 | 0b1100 | 0b1101 if code & 0x1FF == 0 => Instruction::Unimplemented,
         0b0100 | 0b0101 => Instruction::StoreMultiple {
             n: SP,
             before: true,
             write_back: true,
             list: (code & 0xFF | (code >> 8 & 1) << 14) as u16,
         },
-        0b0110 if code >> 5 & 7 == 3 => Instruction::ChangeState {
+        0b0110 if code & 0xEC == 0x60 => Instruction::ChangeState {
             disable: bit(code, 4),
             primask: bit(code, 1),
             faultmask: bit(code, 0),

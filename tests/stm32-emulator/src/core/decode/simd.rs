@@ -28,7 +28,7 @@ pub(super) fn register(first: u32, second: u32) -> Instruction {
             n,
             m,
         },
-        (false, 2 | 3) => {
+        (false, 2) => {
             let kind = match first >> 4 & 7 {
                 0 => Extend::SignedHalf,
                 1 => Extend::Half,
@@ -49,7 +49,7 @@ pub(super) fn register(first: u32, second: u32) -> Instruction {
         }
         (true, 0 | 1) => parallel(first, second),
         (true, 2) => miscellaneous(first, second),
-        _ => Instruction::Undefined,
+        _ => Instruction::Unimplemented,
     }
 }
 
@@ -111,6 +111,8 @@ pub(super) fn multiply(first: u32, second: u32) -> Instruction {
     let (upper, lower) = (bit(second, 5), bit(second, 4));
     let op = match (first >> 4 & 7, upper, lower) {
         _ if second >> 6 & 3 != 0 => return Instruction::Undefined,
+        // These have an addend in any case.
+        (0, _, true) | (6, ..) if a == 15 => return Instruction::Unimplemented,
         (0, false, false) if a == 15 => Multiply::Mul,
         (0, false, false) => Multiply::Mla,
         (0, false, true) => Multiply::Mls,
@@ -143,7 +145,7 @@ pub(super) fn long_multiply(first: u32, second: u32) -> Instruction {
     let (low, high) = (field(second, 12, 4), field(second, 8, 4));
     let (upper, lower) = (bit(second, 5), bit(second, 4));
     let op = match (first >> 4 & 7, second >> 4 & 15) {
-        (1, 15) | (3, 15) => {
+        (1 | 3, 15) if low == 15 => {
             return Instruction::Divide {
                 signed: !bit(first, 5),
                 d: high,

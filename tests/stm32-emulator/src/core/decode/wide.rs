@@ -74,23 +74,25 @@ fn far(first: u32, second: u32) -> i32 {
 
 fn control(first: u32, second: u32) -> Instruction {
     let special = (second & 0xFF) as u8;
+    // Bits that should be zero or one are.
+    let (n, rest) = (field(first, 0, 4), second & 0x2F00);
     match first >> 4 & 0x7F {
-        0b0111000 => Instruction::WriteSpecial {
-            n: field(first, 0, 4),
+        0b0111000 if second & 0x2300 == 0 => Instruction::WriteSpecial {
+            n,
             special,
             mask: field(second, 10, 2),
         },
-        0b0111010 if second & 0x700 == 0 => hint(second & 0xFF),
-        0b0111011 => match second >> 4 & 15 {
-            2 => Instruction::ClearExclusive,
+        0b0111010 if n == 15 && rest == 0 => hint(second & 0xFF),
+        0b0111011 if n == 15 && rest == 0xF00 => match second >> 4 & 15 {
+            2 if special & 15 == 15 => Instruction::ClearExclusive,
             4..=6 => Instruction::Barrier,
-            _ => Instruction::Undefined,
+            _ => Instruction::Unimplemented,
         },
-        0b0111110 => Instruction::ReadSpecial {
+        0b0111110 if n == 15 && second & 0x2000 == 0 => Instruction::ReadSpecial {
             d: field(second, 8, 4),
             special,
         },
-        // UDF is among these.
-        _ => Instruction::Undefined,
+        0b1111111 if bit(second, 13) => Instruction::Undefined,
+        _ => Instruction::Unimplemented,
     }
 }

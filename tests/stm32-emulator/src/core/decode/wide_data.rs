@@ -123,7 +123,8 @@ pub(super) fn plain_immediate(first: u32, second: u32) -> Instruction {
         value,
     };
     match first >> 4 & 0x1F {
-        _ if d == 15 => Instruction::Unimplemented,
+        // Bits that should be zero are.
+        0b10000.. if bit(first, 10) || bit(second, 5) => Instruction::Unimplemented,
         0b00000 if n == 15 => Instruction::Address {
             d,
             offset: low as i32,
@@ -158,6 +159,9 @@ fn saturate(signed: bool, first: u32, second: u32, amount: u8) -> Instruction {
     let to = field(second, 0, 5) + u8::from(signed);
     let right = bit(first, 5);
     if right && amount == 0 {
+        if bit(second, 4) {
+            return Instruction::Unimplemented;
+        }
         let to = field(second, 0, 4) + u8::from(signed);
         return Instruction::SaturateHalves { signed, d, n, to };
     }

@@ -159,29 +159,22 @@ pub(super) fn dual_or_exclusive(first: u32, second: u32) -> Instruction {
     if bit(first, 8) || bit(first, 5) {
         return dual(first, load, [n, t, t2], words);
     }
-    let kind = match second >> 4 & 15 {
-        _ if !bit(first, 7) => {
-            return if load {
-                exclusive_load(Kind::Word, t, n, words)
-            } else {
-                exclusive_store(Kind::Word, [t2, t, n], words)
-            };
+    let low = field(second, 0, 4);
+    let kind = match (second >> 4 & 15, load) {
+        _ if !bit(first, 7) && !load => return exclusive_store(Kind::Word, [t2, t, n], words),
+        _ if !bit(first, 7) && t2 == 15 => return exclusive_load(Kind::Word, t, n, words),
+        (half @ (0 | 1), true) if t == 15 && t2 == 0 => {
+            let half = half == 1;
+            return Instruction::TableBranch { n, m: low, half };
         }
-        half @ (0 | 1) if load => {
-            return Instruction::TableBranch {
-                n,
-                m: field(second, 0, 4),
-                half: half == 1,
-            };
-        }
-        4 => Kind::Byte,
-        5 => Kind::Half,
-        _ => return Instruction::Undefined,
+        (4, _) if t2 == 15 => Kind::Byte,
+        (5, _) if t2 == 15 => Kind::Half,
+        _ => return Instruction::Unimplemented,
     };
-    if load {
-        exclusive_load(kind, t, n, 0)
-    } else {
-        exclusive_store(kind, [field(second, 0, 4), t, n], 0)
+    match (load, low) {
+        (false, d) => exclusive_store(kind, [d, t, n], 0),
+        (true, 15) => exclusive_load(kind, t, n, 0),
+        _ => Instruction::Unimplemented,
     }
 }
 

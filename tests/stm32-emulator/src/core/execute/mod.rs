@@ -39,14 +39,12 @@ impl From<Fault> for Stop {
 pub(crate) type Outcome = Result<u32, Stop>;
 
 impl Core {
-    /// Executes an instruction; [`Core::next`] is the address behind it, and where it branches.
+    /// Executes the instruction at a place of the store; [`Core::next`] is the address behind it,
+    /// and where it branches.
     #[inline]
-    pub(crate) fn execute<M: Memory>(
-        &mut self,
-        memory: &mut M,
-        instruction: Instruction,
-    ) -> Outcome {
-        match instruction {
+    pub(crate) fn execute<M: Memory>(&mut self, memory: &mut M, place: usize) -> Outcome {
+        // Only the fields are copied.
+        match self.decoded[place].instruction {
             Instruction::Immediate {
                 op,
                 set,

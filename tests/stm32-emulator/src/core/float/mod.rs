@@ -30,6 +30,7 @@ pub(crate) mod fpscr {
 
 pub(crate) const SIGN: u32 = 1 << 31;
 const INFINITY: u32 = 0x7F80_0000;
+const LEAST_NORMAL: u32 = 0x0080_0000;
 const QUIET: u32 = 1 << 22;
 const QUIET_NAN: u32 = INFINITY | QUIET;
 
@@ -57,13 +58,15 @@ fn wide(bits: u32) -> f64 {
 #[inline]
 fn is_usual(status: u32, result: f32) -> bool {
     let modes = fpscr::ROUNDING | fpscr::FLUSH_TO_ZERO | fpscr::INEXACT;
-    status & modes == fpscr::INEXACT && result.is_normal()
+    // The least normal number may have been less before it was rounded: an underflow.
+    let magnitude = result.to_bits() & !SIGN;
+    status & modes == fpscr::INEXACT && (LEAST_NORMAL + 1..INFINITY).contains(&magnitude)
 }
 
 /// An operand: a denormal one is zero if these are flushed.
 fn operand(status: &mut u32, bits: u32) -> u32 {
     let magnitude = bits & !SIGN;
-    if *status & fpscr::FLUSH_TO_ZERO != 0 && magnitude != 0 && magnitude < 1 << 23 {
+    if *status & fpscr::FLUSH_TO_ZERO != 0 && magnitude != 0 && magnitude < LEAST_NORMAL {
         *status |= fpscr::DENORMAL;
         return bits & SIGN;
     }
