@@ -18,12 +18,56 @@ use armbridge_stm32_emulator::time::Time;
 use armbridge_stm32_emulator::usb_host::{State, UsbHost};
 
 use crate::paths;
+use crate::random::Random;
 use crate::tapped_bench::TappedHost;
 
 /// Time from the pull-up of D+ to the host's first reset: a tenth of what hosts wait.
 const DEBOUNCE: Time = Time::from_us(10_000);
 /// Interval at which the host's program is called.
 const HOST_INTERVAL: Time = Time::from_us(250);
+
+/// Interference at the board's receiver: bytes from nowhere, at random times, and bytes of servos
+/// with a bit turned. Both as a receiver reports them: with noise, or without a stop bit.
+#[derive(Debug)]
+pub struct Interference {
+    draw: Random,
+    mean_us: u64,
+    next: Time,
+}
+
+impl Interference {
+    /// A byte each `mean_us` on average, and one byte of a servo in a hundred.
+    pub fn new(seed: u64, mean_us: u64) -> Self {
+        Self {
+            draw: Random::new(seed),
+            mean_us,
+            next: Time::ZERO,
+        }
+    }
+
+    /// A byte from nowhere, if one is due.
+    fn spurious(&mut self, now: Time) -> Option<Received> {
+        if now < self.next {
+            return None;
+        }
+        let at = self.next;
+        self.next = now + Time::from_us(12 + self.draw.below(2 * self.mean_us));
+        Some(Received {
+            at,
+            byte: self.draw.byte(),
+            framing_error: self.draw.once_in(2),
+            noise: self.draw.once_in(2),
+        })
+    }
+
+    /// Damages a byte of a servo, perhaps.
+    fn damage(&mut self, byte: &mut Received) {
+        if self.draw.once_in(100) {
+            byte.byte ^= 1 << self.draw.below(8);
+            byte.noise = self.draw.once_in(2);
+        }
+    }
+}
 
 /// Servos and arm at the bus of an emulated board.
 #[derive(Debug)]
@@ -32,6 +76,8 @@ pub struct BenchLine {
     pub bench: Bench,
     /// Bytes that the board sent.
     pub sent: Vec<Sent>,
+    /// Interference, if there is any.
+    pub interference: Option<Interference>,
     received: Vec<ReceivedByte>,
     baud: u32,
 }
@@ -51,19 +97,30 @@ impl Line for BenchLine {
 
     fn advance(&mut self, now: Time, received: &mut Vec<Received>) {
         self.bench.advance_ns(now.as_ns(), &mut self.received);
-        received.extend(self.received.drain(..).map(|byte| Received {
-            at: Time::from_ns(byte.end_ns),
-            byte: byte.byte,
-            framing_error: byte.framing_error,
-            noise: false,
-        }));
+        for byte in self.received.drain(..) {
+            let mut byte = Received {
+                at: Time::from_ns(byte.end_ns),
+                byte: byte.byte,
+                framing_error: byte.framing_error,
+                noise: false,
+            };
+            if let Some(interference) = &mut self.interference {
+                interference.damage(&mut byte);
+            }
+            received.push(byte);
+        }
+        if let Some(interference) = &mut self.interference {
+            received.extend(interference.spurious(now));
+        }
     }
 
     fn next(&self) -> Time {
-        match self.bench.next_event_ns() {
+        let bench = match self.bench.next_event_ns() {
             u64::MAX => Time::NEVER,
             ns => Time::from_ns(ns),
-        }
+        };
+        let interference = self.interference.as_ref();
+        bench.min(interference.map_or(Time::NEVER, |interference| interference.next))
     }
 }
 
@@ -96,6 +153,7 @@ where
         let line = BenchLine {
             bench,
             sent: Vec::new(),
+            interference: None,
             received: Vec::new(),
             baud: 0,
         };

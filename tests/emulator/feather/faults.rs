@@ -11,7 +11,7 @@ use armbridge_tests::tapped_bench::{Action, ScriptedHost, TappedHost};
 use super::{ON_USB_MS, feather, until_configured};
 
 /// The motors off.
-const OFF: [u16; 2] = [1_000; 2];
+pub(super) const OFF: [u16; 2] = [1_000; 2];
 /// From a failure to the motors off by the handler's stop sequence, in ms. Its first packet does,
 /// or, where a failure cut off a packet of the tick, the second, after 2.1 ms of flush.
 const HANDLER_MS: f64 = 4.0;
@@ -23,19 +23,22 @@ const WATCHDOG_MS: f64 = 165.0;
 /// Number of the tick's interrupt (TIM5) among the exceptions.
 const TICK: u16 = 16 + 50;
 
-/// A host that arms and regulates.
-fn driver() -> ScriptedHost {
+/// A host that arms and regulates, on USB from this time on, in µs.
+pub(super) fn driver(from_us: u64) -> ScriptedHost {
     let actions = [
         (0, Action::Message(ToBoard::Heartbeat)),
-        (150_000, Action::Command(Command::Arm { session: 0 })),
-        (250_000, Action::Command(Command::Regulate([0.0, 0.0]))),
+        (from_us, Action::Command(Command::Arm { session: 0 })),
+        (
+            from_us + 100_000,
+            Action::Command(Command::Regulate([0.0, 0.0])),
+        ),
     ];
     ScriptedHost::new(actions, u64::MAX)
 }
 
 /// A board that holds the arm.
-fn driving() -> BoardRun<ScriptedHost> {
-    let mut run = feather(driver()).powered_up();
+pub(super) fn driving() -> BoardRun<ScriptedHost> {
+    let mut run = feather(driver(150_000)).powered_up();
     let is_driven = run.run_until(1_500, |run| {
         let last = run.records().next_back();
         last.is_some_and(|record| record.mode.drive() == Some(Drive::Regulate))
@@ -46,7 +49,7 @@ fn driving() -> BoardRun<ScriptedHost> {
     run
 }
 
-fn motors(run: &BoardRun<ScriptedHost>) -> [u16; 2] {
+pub(super) fn motors(run: &BoardRun<ScriptedHost>) -> [u16; 2] {
     let bench = &run.machine.system.line.bench;
     [0, 1].map(|servo| bench.applied_pwm(servo))
 }

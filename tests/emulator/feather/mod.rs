@@ -5,6 +5,7 @@
 mod boot;
 mod drive;
 mod faults;
+mod robustness;
 mod usb;
 
 use armbridge_client::Host;

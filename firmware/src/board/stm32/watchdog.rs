@@ -18,11 +18,13 @@ pub const BOOT_US: u32 = 32_000_000;
 
 /// Starts the watchdog, or changes its period, and feeds it.
 pub fn start(period_us: u32) {
-    let counts = u64::from(period_us) * LSI_HZ / 1_000_000;
+    // Rounded up: it must outlast the longest tick.
+    let counts = (u64::from(period_us) * LSI_HZ).div_ceil(1_000_000);
     // Divided by 4, 8, .. 256: by the least at which the counts fit.
-    let shift = (0..6).find(|shift| counts >> (2 + shift) <= RELOAD_MAX);
+    let shift = (0..6).find(|shift| counts.div_ceil(4 << shift) <= RELOAD_MAX);
     let shift = shift.unwrap_or(6);
-    let reload = (counts >> (2 + shift)).min(RELOAD_MAX);
+    // It counts from the reload value to 0.
+    let reload = (counts.div_ceil(4 << shift)).saturating_sub(1).min(RELOAD_MAX);
     IWDG.kr().write(|w| w.set_key(Key::ENABLE));
     IWDG.pr().write(|w| w.set_pr(Pr::from_bits(shift)));
     IWDG.rlr().write(|w| w.set_rl(reload as u16));
