@@ -26,8 +26,11 @@
 //!   of the log copied to RTT, which drops what does not fit instead of waiting for
 //!   a reader; a packet of 64 bytes copied to the USB controller; a check of the
 //!   timers of two tasks. Each is some hundred instructions, a few µs at 168 MHz.
-//! * Above the tick are the handlers of bus bytes and alarm, and a byte comes at
-//!   most every 5 µs (2 Mbaud).
+//! * Above the tick is only the handler of the bus, some 35 instructions: where DMA moves the
+//!   bytes, four times a tick; where interrupts do, at most every 5 µs (2 Mbaud).
+//!
+//! A critical section also delays the handler that releases the line after a transmission,
+//! which a servo leaves 45 µs for.
 //!
 //! A tick that is late or stuck nevertheless does not feed the watchdog.
 //!

@@ -9,6 +9,7 @@ use std::convert::Infallible;
 use std::rc::Rc;
 
 use armbridge_shared::actuator::Pwm;
+use armbridge_shared::servo::bus::{Bus, LineAfter, Received, Transmission};
 use armbridge_shared::servo::master::{Busy, Master, Outcome, Transaction};
 use armbridge_shared::servo::morpheus::{MASTER, Parser, ServoId};
 use armbridge_shared::servo::port::SetBaud;
@@ -185,6 +186,101 @@ fn a_tick_on_the_wire() {
             0xAA, 13, 0xFF, 0xFE, 0x83, 0x0F, 3, 1, 0, 0xE8, 3, 2, 0, 0xDC, 5, 0x84,
             0xAA, 3, 0xFF, 0xFE, 7, 0xF5,
         ]);
+    }
+}
+
+/// The port as a bus whose line is released by hardware, at the end of each transmission.
+struct Hardware {
+    port: Port,
+    received: Vec<u8>,
+}
+
+impl Bus for Hardware {
+    const RELEASES_BY_ITSELF: bool = true;
+
+    fn set_baud(&mut self, baud: u32) {
+        assert_eq!(baud, 1_000_000);
+    }
+
+    fn send(&mut self, bytes: &[u8], _after: LineAfter) {
+        assert_eq!(self.transmission(), Transmission::Complete);
+        self.port.0.borrow_mut().sending = true;
+        for byte in bytes {
+            serial::Write::write(&mut self.port, *byte).unwrap();
+        }
+    }
+
+    fn send_delay_us(&self) -> u32 {
+        DELAY_US
+    }
+
+    fn transmission(&mut self) -> Transmission {
+        let end_us = self.port.0.borrow().sent_until_us + u64::from(DELAY_US);
+        if self.port.0.borrow().now_us < end_us {
+            Transmission::Sending
+        } else {
+            Transmission::Complete
+        }
+    }
+
+    fn release(&mut self) {}
+
+    fn received(&mut self) -> Received<'_> {
+        self.received.clear();
+        while let Ok(byte) = serial::Read::read(&mut self.port) {
+            self.received.push(byte);
+        }
+        Received {
+            bytes: &self.received,
+            error: None,
+        }
+    }
+}
+
+/// Time from a poll to the begin of its transmission, in µs.
+const DELAY_US: u32 = 7;
+
+/// Polled only when the master asks for it, a tick takes three polls, and each step is timed
+/// from the end of the transmission before, however late that began.
+#[test]
+fn a_bus_that_releases_the_line_itself_needs_three_polls_a_tick() {
+    for echo in [false, true] {
+        let ids = [1, 2].map(|id| ServoId::new(id).unwrap());
+        let port = Port::default();
+        let bus = Hardware {
+            port: port.clone(),
+            received: Vec::new(),
+        };
+        port.0.borrow_mut().echo = echo;
+        let mut master = Master::new(bus, ids);
+        let run = |master: &mut Master<Hardware>, transaction| {
+            let begun_us = port.0.borrow().now_us;
+            master.begin(transaction, begun_us).unwrap();
+            let mut polled_us = Vec::new();
+            loop {
+                let now_us = port.0.borrow().now_us;
+                polled_us.push(now_us - begun_us);
+                if let Ok(outcome) = master.poll(now_us) {
+                    return (outcome, polled_us);
+                }
+                let mut line = port.0.borrow_mut();
+                let wanted = master.bytes_wanted();
+                if wanted.is_some() && line.coming.len() < 14 {
+                    let end_us = line.sent_until_us + u64::from(DELAY_US);
+                    let replies = chain().into_iter().map(|(us, byte)| (end_us + us, byte));
+                    line.coming.extend(replies);
+                }
+                let last = wanted.and_then(|wanted| line.coming.get(wanted - 1));
+                let wake_us = master.wake_at_us();
+                line.now_us = last.map_or(wake_us, |(at_us, _)| wake_us.min(*at_us));
+            }
+        };
+        run(&mut master, Transaction::Stop);
+        let (outcome, polled_us) = run(&mut master, Transaction::Drive([Pwm::OFF; 2]));
+        assert_eq!(outcome.samples, [Sample::Counts(500), Sample::Counts(501)]);
+        let cycle_us = u64::from(DELAY_US) + 160 + 80;
+        let end_us = cycle_us + u64::from(DELAY_US) + 60 + 250;
+        assert_eq!(polled_us, [0, cycle_us, end_us], "echo {echo}");
     }
 }
 

@@ -38,12 +38,14 @@ pub async fn link(
             let frame_ready = pin!(signals.frame_ready.wait());
             let output = pin!(to_host.write(bytes));
             let output = select(when(is_silent, frame_ready), when(!is_silent, output));
-            select(from_host.read(&mut received), output).await
+            // Output first: what can be sent at once is, without a look at the input. It ends
+            // with the frames there are, so input waits no longer than for those.
+            select(output, from_host.read(&mut received)).await
         };
         match event {
-            Either::First(len) => receive(port, received.get(..len).unwrap_or(&received)),
-            Either::Second(Either::First(())) => {}
-            Either::Second(Either::Second(len)) => pending.start += len,
+            Either::First(Either::First(())) => {}
+            Either::First(Either::Second(len)) => pending.start += len,
+            Either::Second(len) => receive(port, received.get(..len).unwrap_or(&received)),
         }
     }
 }

@@ -30,7 +30,7 @@ pub trait RealTime {
     /// Starts the stopwatch.
     fn start_stopwatch(&mut self);
 
-    /// Time since [`Self::start_stopwatch`] in ns; wrong beyond 4 s.
+    /// Time since [`Self::start_stopwatch`] in ns; too short beyond 0.2 s.
     fn stopwatch_ns(&self) -> u32;
 
     /// Feeds the watchdog after a good tick.

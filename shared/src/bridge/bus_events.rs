@@ -87,9 +87,19 @@ impl<B: Bus> Bridge<'_, B> {
 
     /// Carries out the core's actions on the bus, and notifies the host.
     pub(super) fn apply_core_actions(&mut self) {
-        if self.core.state() != State::Passthrough {
+        if self.gateway.has_relayed() && self.core.state() != State::Passthrough {
             self.gateway.end_relay();
         }
+        if self.core.has_actions() {
+            self.take_core_actions();
+        }
+        if let Some(report) = self.sequencer.take_off_report() {
+            self.notify(Notification::Off(report));
+        }
+    }
+
+    #[inline(never)]
+    fn take_core_actions(&mut self) {
         match self.core.take_bus_action() {
             Some(BusAction::Halt) => self.sequencer.force_off(self.core.now_us()),
             Some(BusAction::RepeatOff) => self.sequencer.repeat_off(),
@@ -101,9 +111,6 @@ impl<B: Bus> Bridge<'_, B> {
         }
         if let Some(trip) = self.core.take_trip() {
             self.notify(Notification::Tripped(trip));
-        }
-        if let Some(report) = self.sequencer.take_off_report() {
-            self.notify(Notification::Off(report));
         }
     }
 

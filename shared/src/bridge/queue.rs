@@ -133,6 +133,11 @@ impl<'a, T, const N: usize> Receiver<'a, T, N> {
         Some(item)
     }
 
+    /// Whether there is no item.
+    pub(super) fn is_empty(&self) -> bool {
+        !self.queue.ready()
+    }
+
     /// Takes the oldest item, which `read` gets in place.
     pub(super) fn take<R>(&mut self, read: impl FnOnce(&T) -> R) -> Option<R> {
         if self.queue.capacity() + 1 != N {

@@ -74,6 +74,7 @@ impl<B: Bus> Bridge<'_, B> {
         }
     }
 
+    #[inline(never)]
     fn take_command(&mut self, request: HostRequest) {
         let HostRequest {
             sequence, command, ..

@@ -131,27 +131,31 @@ struct Plain<'a> {
     len: usize,
 }
 
+impl Plain<'_> {
+    #[inline]
+    fn put<const N: usize>(&mut self, bytes: [u8; N]) -> postcard::Result<()> {
+        let rest = self.into.get_mut(self.len..);
+        let slots = rest.and_then(|rest| rest.first_chunk_mut());
+        *slots.ok_or(postcard::Error::SerializeBufferFull)? = bytes;
+        self.len += N;
+        Ok(())
+    }
+}
+
 impl Flavor for Plain<'_> {
     type Output = usize;
 
     #[inline]
     fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
-        let slot = self.into.get_mut(self.len);
-        *slot.ok_or(postcard::Error::SerializeBufferFull)? = byte;
-        self.len += 1;
-        Ok(())
+        self.put([byte])
     }
 
     #[inline]
     fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
-        if let Ok(word) = <[u8; 4]>::try_from(bytes) {
-            let rest = self.into.get_mut(self.len..);
-            let slots = rest.and_then(|rest| rest.first_chunk_mut());
-            *slots.ok_or(postcard::Error::SerializeBufferFull)? = word;
-            self.len += word.len();
-            return Ok(());
+        match *bytes {
+            [a, b, c, d] => self.put([a, b, c, d]),
+            _ => bytes.iter().try_for_each(|byte| self.try_push(*byte)),
         }
-        bytes.iter().try_for_each(|byte| self.try_push(*byte))
     }
 
     fn finalize(self) -> postcard::Result<usize> {

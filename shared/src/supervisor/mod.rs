@@ -106,7 +106,7 @@ impl Supervisor {
 
     /// Whether the word is valid.
     pub fn is_intact(&self) -> bool {
-        self.state().word() == self.word
+        decode(self.word, &WORDS).is_some()
     }
 
     /// Permission for a tick.

@@ -52,8 +52,12 @@ impl Clock {
 
     /// Time in µs since the last reading, which in the tick is that of its poll.
     pub fn since_read_us(&self) -> u32 {
-        let (last, _) = critical_section::with(|cs| self.counted.borrow(cs).get());
-        self.timer.cnt().read().wrapping_sub(last)
+        self.timer.cnt().read().wrapping_sub(self.last().0)
+    }
+
+    /// The counter as last read, and the time then.
+    fn last(&self) -> (u32, u64) {
+        critical_section::with(|cs| self.counted.borrow(cs).get())
     }
 
     /// The counter, and the time.
@@ -68,10 +72,10 @@ impl Clock {
         })
     }
 
-    /// Sets the alarm, in place of the one before: to this time, but `longest_us` from now at
-    /// the most. False if that has come: there may be no interrupt for it.
+    /// Sets the alarm, in place of the one before: to this time, but `longest_us` from the last
+    /// reading at the most. False if that has come: there may be no interrupt for it.
     pub fn set_alarm(&self, at_us: u64, longest_us: u32) -> bool {
-        let (count, now_us) = self.read();
+        let (count, now_us) = self.last();
         let wait_us = u32::try_from(at_us.saturating_sub(now_us));
         let wait_us = wait_us.unwrap_or(u32::MAX).min(longest_us);
         // Without preload the value is in force at once (section 18.3.8).

@@ -40,7 +40,6 @@ use embassy_stm32::pac::gpio::Gpio;
 use embassy_stm32::pac::usart::Usart;
 use embassy_stm32::pac::usart::regs::{Cr1, Cr3Usart, Sr};
 use embedded_hal_nb::serial::ErrorKind;
-use heapless::Vec;
 
 /// Bytes of the ring; a power of two.
 pub const RX_LEN: usize = 512;
@@ -313,7 +312,7 @@ const fn wrap(index: u32) -> u32 {
 pub struct HalfDuplexBus<W: Wiring> {
     port: &'static HalfDuplex<W>,
     clock: &'static Clock,
-    received: Vec<u8, CHUNK>,
+    received: [u8; CHUNK],
     send_delay_us: u32,
 }
 
@@ -324,7 +323,7 @@ impl<W: Wiring> HalfDuplexBus<W> {
         Self {
             port,
             clock,
-            received: Vec::new(),
+            received: [0; CHUNK],
             send_delay_us: 0,
         }
     }
@@ -359,7 +358,6 @@ impl<W: Wiring> Bus for HalfDuplexBus<W> {
     }
 
     fn received(&mut self) -> Received<'_> {
-        self.received.clear();
         // In this order: an error of a byte before `end` has been noted.
         let end = HalfDuplex::<W>::written();
         let mut read = self.port.read.load(Ordering::Relaxed);
@@ -376,11 +374,12 @@ impl<W: Wiring> Bus for HalfDuplexBus<W> {
         // Up to the end of the ring, the rest in the next call.
         let run_end = if read <= end { end } else { RX_LEN as u32 };
         let run = self.port.rx.get(read as usize..run_end as usize);
-        for cell in run.unwrap_or_default().iter().take(CHUNK) {
-            // There is room.
-            let _ = self.received.push(cell.load(Ordering::Relaxed));
+        let run = run.unwrap_or_default();
+        for (byte, cell) in self.received.iter_mut().zip(run) {
+            *byte = cell.load(Ordering::Relaxed);
         }
-        read = wrap(read + self.received.len() as u32);
+        let count = run.len().min(CHUNK);
+        read = wrap(read + count as u32);
         if noted != 0 && read == end {
             // The handler may have added to it meanwhile.
             let noted = self.port.error.swap(0, Ordering::Relaxed);
@@ -393,7 +392,7 @@ impl<W: Wiring> Bus for HalfDuplexBus<W> {
         }
         self.port.read.store(read, Ordering::Relaxed);
         Received {
-            bytes: &self.received,
+            bytes: self.received.get(..count).unwrap_or_default(),
             error,
         }
     }

@@ -1,9 +1,11 @@
 //! Commands of the host, accepted or refused; see [`Core::command`].
 
 use super::{BusFacts, Core};
+use crate::JOINTS;
 use crate::bridge::command::ValidatedCommand;
+use crate::control::trajectory::stream::Point;
 use crate::control_loop::limits::CHECK_PERIOD_MAX_US;
-use crate::control_loop::reference::{ReferenceSource, StartPoint};
+use crate::control_loop::reference::{ReferenceSource, StartPoint, TimedTrajectory};
 use crate::control_loop::{ControlConfig, Instant};
 use crate::link::experiment::{Experiment, ExperimentEnd};
 use crate::link::message::{Drive, Fault, Limits, Refusal};
@@ -52,20 +54,9 @@ impl Core {
                 self.control_loop.hold_torque(torque_nm, now.us);
                 Ok(())
             }
-            ValidatedCommand::Regulate(angle_rad) => {
-                let source = ReferenceSource::hold(angle_rad.into());
-                self.follow(Drive::Regulate, source)
-            }
-            ValidatedCommand::Follow(motion) => {
-                self.supervisor.check(Event::Drive)?;
-                let source = self.control_loop.with_motion(motion, now)?;
-                self.follow(Drive::Track, source)
-            }
-            ValidatedCommand::Stream(point) => {
-                self.supervisor.check(Event::Drive)?;
-                let source = self.control_loop.with_point(point, now)?;
-                self.follow(Drive::Track, source)
-            }
+            ValidatedCommand::Regulate(angle_rad) => self.regulate(angle_rad),
+            ValidatedCommand::Follow(motion) => self.follow_motion(motion, now),
+            ValidatedCommand::Stream(point) => self.follow_point(point, now),
             ValidatedCommand::Experiment(plan) => self.begin_experiment(plan),
             ValidatedCommand::Prepare if bus.is_prepared => self.supervisor.check(Event::Prepare),
             ValidatedCommand::Prepare => self.apply(Event::Prepare),
@@ -77,7 +68,31 @@ impl Core {
         }
     }
 
+    // Functions of their own: each has a source or two of some 800 bytes in its frame, of which
+    // inlining makes a sum.
+
+    #[inline(never)]
+    fn regulate(&mut self, angle_rad: [f32; JOINTS]) -> Result<(), Refusal> {
+        let source = ReferenceSource::hold(angle_rad.into());
+        self.follow(Drive::Regulate, source)
+    }
+
+    #[inline(never)]
+    fn follow_motion(&mut self, motion: TimedTrajectory, now: Instant) -> Result<(), Refusal> {
+        self.supervisor.check(Event::Drive)?;
+        let source = self.control_loop.with_motion(motion, now)?;
+        self.follow(Drive::Track, source)
+    }
+
+    #[inline(never)]
+    fn follow_point(&mut self, point: Point<f32>, now: Instant) -> Result<(), Refusal> {
+        self.supervisor.check(Event::Drive)?;
+        let source = self.control_loop.with_point(point, now)?;
+        self.follow(Drive::Track, source)
+    }
+
     /// Clears the fault; one of a temperature, if the servo has cooled.
+    #[inline(never)]
     fn clear_fault(&mut self, bus: BusFacts) -> Result<(), Refusal> {
         let is_heat = self
             .cause()
@@ -91,6 +106,7 @@ impl Core {
     /// Arms, if the servos are cool and take torque at the configured period, if the
     /// encoders are known and within the limits, and if the motors have been checked, can be, or
     /// need not be.
+    #[inline(never)]
     fn arm(&mut self, bus: BusFacts) -> Result<(), Refusal> {
         self.supervisor.check(Event::Arm)?;
         if let Some(joint) = bus.hot_joint {
@@ -124,6 +140,7 @@ impl Core {
     }
 
     /// Follows a reference source.
+    #[inline(never)]
     fn follow(&mut self, drive: Drive, source: ReferenceSource) -> Result<(), Refusal> {
         let now = self.instant();
         self.begin_drive()?;
@@ -156,6 +173,7 @@ impl Core {
     }
 
     /// Replaces the set-up, without a step in the torque.
+    #[inline(never)]
     fn install(&mut self, control: &ControlConfig) -> Result<(), Refusal> {
         self.apply(Event::Configure)?;
         let state = self.state();
@@ -175,6 +193,7 @@ impl Core {
     }
 
     /// Replaces the limits.
+    #[inline(never)]
     fn limit(&mut self, limits: Limits) -> Result<(), Refusal> {
         self.apply(Event::Keep)?;
         self.config = self.config.with_limits(limits);

@@ -241,6 +241,12 @@ impl Core {
         }
     }
 
+    /// Whether there is an action on the bus, a new fault or the end of an experiment to take;
+    /// most polls have none.
+    pub fn has_actions(&self) -> bool {
+        self.bus_action.is_some() || self.has_new_trip || self.conclusion.is_some()
+    }
+
     /// Takes the pending action on the bus.
     pub fn take_bus_action(&mut self) -> Option<BusAction> {
         self.bus_action.take()

@@ -44,6 +44,11 @@ impl BusSide<'_> {
         self.from_client.dequeue()
     }
 
+    /// Whether there is no byte from the client.
+    pub(super) fn is_empty(&self) -> bool {
+        self.from_client.is_empty()
+    }
+
     /// Sends a byte to the client; `false` if the queue is full.
     pub(super) fn send(&mut self, byte: u8) -> bool {
         self.to_client.enqueue(byte).is_ok()

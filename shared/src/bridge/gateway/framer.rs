@@ -154,6 +154,11 @@ impl Framer {
         (self.taken < held).then(|| self.received_us.saturating_add(wait_us))
     }
 
+    /// Whether it holds no byte, not even of a frame handed out.
+    pub fn is_empty(&self) -> bool {
+        self.bytes.is_empty()
+    }
+
     /// Number of truncated packets that were dropped.
     pub fn truncated(&self) -> u32 {
         self.truncated
