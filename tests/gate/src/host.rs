@@ -20,5 +20,15 @@ pub(crate) fn documentation(out: &Output) -> Result<(), String> {
 pub(crate) fn tests(out: &Output) -> Result<(), String> {
     let processors = std::thread::available_parallelism().map_or(2, usize::from);
     let mut tests = cargo("nextest run --workspace --run-ignored all --test-threads");
-    out.run(tests.arg((processors + 2).to_string()))
+    tests.arg((processors + 2).to_string());
+    out.run(tests.args(["--filterset", &format!("not ({BOARD_IMAGE})")]))
+}
+
+/// Tests that execute the image of a board.
+const BOARD_IMAGE: &str = "binary(emulator) & test(/^feather::/)";
+
+/// Runs the board's image on the emulated chip: a step of its own, for its time.
+pub(crate) fn board_image(out: &Output) -> Result<(), String> {
+    let mut tests = cargo("nextest run --package armbridge-tests --run-ignored all");
+    out.run(tests.args(["--filterset", BOARD_IMAGE]))
 }

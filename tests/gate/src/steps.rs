@@ -133,6 +133,15 @@ pub(crate) const GATE: &[Step] = &[
             Work::Do(host::tests),
         ),
     ),
+    after(
+        &["build-images"],
+        step(
+            Lane::Host,
+            "board-image",
+            "the board's own image, executed on an emulated chip from reset on",
+            Work::Do(host::board_image),
+        ),
+    ),
     step(
         Lane::Board,
         "qemu",
