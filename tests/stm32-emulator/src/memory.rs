@@ -15,8 +15,12 @@ pub enum Width {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BusError;
 
-/// Address space of the chip without the core's private peripherals
-/// (`0xE000_0000` to `0xE00F_FFFF`), which [`crate::core`] has itself.
+/// Address space of the chip without the core's private peripherals, which [`crate::core`] has
+/// itself: `0xE000_0000` to `0xE003_FFFF`, and the ROM table at `0xE00F_F000`. What a chip adds
+/// between them, such as an STM32's DBGMCU at `0xE004_2000`, is of this address space.
+///
+/// A failed read is a bus fault of its instruction. A failed write is one too, but an imprecise
+/// one, after the instruction.
 pub trait Memory {
     /// Reads; the value is zero-extended. Unaligned accesses of memory are allowed.
     ///

@@ -24,7 +24,9 @@ pub fn start(period_us: u32) {
     let shift = (0..6).find(|shift| counts.div_ceil(4 << shift) <= RELOAD_MAX);
     let shift = shift.unwrap_or(6);
     // It counts from the reload value to 0.
-    let reload = (counts.div_ceil(4 << shift)).saturating_sub(1).min(RELOAD_MAX);
+    let reload = (counts.div_ceil(4 << shift))
+        .saturating_sub(1)
+        .min(RELOAD_MAX);
     IWDG.kr().write(|w| w.set_key(Key::ENABLE));
     IWDG.pr().write(|w| w.set_pr(Pr::from_bits(shift)));
     IWDG.rlr().write(|w| w.set_rl(reload as u16));

@@ -52,6 +52,7 @@ pub(crate) fn shift(value: u32, kind: Shift, amount: u32, carry: bool) -> (u32, 
 
 /// The flags of the program status register.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[expect(clippy::struct_excessive_bools, reason = "they are four flags")]
 pub(crate) struct Flags {
     pub(crate) n: bool,
     pub(crate) z: bool,
@@ -97,7 +98,7 @@ impl Flags {
 /// State of an IT block after one of its instructions.
 #[inline]
 pub(crate) fn advance_it(state: u8) -> u8 {
-    if state & 7 == 0 {
+    if matches!(state & 7, 0) {
         0
     } else {
         state & 0xE0 | state << 1 & 0x1F

@@ -87,19 +87,19 @@ impl Core {
         Ok(place)
     }
 
-    /// The code at an address, as [`super::Step::Unimplemented`] gives it.
-    pub(super) fn opcode<M: Memory>(&mut self, memory: &mut M, address: u32) -> u32 {
-        let first = memory.fetch(address).unwrap_or(0);
-        if decode::is_wide(first) {
-            let second = memory.fetch(address.wrapping_add(2)).unwrap_or(0);
-            u32::from(first) << 16 | u32::from(second)
-        } else {
-            u32::from(first)
-        }
-    }
-
     /// Forgets decoded instructions, after the memory of [`super::Build::code`] changed.
     pub fn invalidate(&mut self) {
         self.decoded.fill(Decoded::UNKNOWN);
+    }
+}
+
+/// The code at an address, as [`super::Step::Unimplemented`] gives it.
+pub(super) fn opcode<M: Memory>(memory: &mut M, address: u32) -> u32 {
+    let first = memory.fetch(address).unwrap_or(0);
+    if decode::is_wide(first) {
+        let second = memory.fetch(address.wrapping_add(2)).unwrap_or(0);
+        u32::from(first) << 16 | u32::from(second)
+    } else {
+        u32::from(first)
     }
 }

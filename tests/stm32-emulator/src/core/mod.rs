@@ -8,6 +8,7 @@
 //! The reference is the "ARMv7-M Architecture Reference Manual" (ARM DDI 0403), and for
 //! cycles and identification the "Cortex-M4 Technical Reference Manual" (ARM 100166).
 
+mod access;
 mod arithmetic;
 mod bus;
 mod cycles;
@@ -15,102 +16,30 @@ mod debug;
 mod decode;
 mod decoded;
 mod exception_return;
+mod exception_set;
 mod exceptions;
 mod execute;
 mod fault;
 mod float;
 mod instruction;
+mod interface;
 mod mpu;
 mod nvic;
+mod operation;
+mod private;
 mod registers;
 mod system_control;
 mod systick;
+
+pub use interface::{Build, Start, Step};
 
 use crate::memory::{BusError, Memory, Width};
 use arithmetic::{Flags, advance_it};
 use decoded::Decoded;
 use execute::Stop;
 use fault::Fault;
-use nvic::{Nvic, number};
+use nvic::Nvic;
 use system_control::SystemControl;
-
-use std::ops::Range;
-
-/// What a chip chose of the options that the processor leaves to it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Build {
-    /// Number of interrupts, at most 240.
-    pub interrupts: u16,
-    /// Implemented bits of a priority, 3 to 8: 4 for an STM32.
-    pub priority_bits: u8,
-    /// Address of the vector table at reset.
-    pub vectors: u32,
-    /// Addresses of which decoded instructions are kept until [`Core::invalidate`]: memory
-    /// that programs do not write.
-    pub code: Range<u32>,
-    /// Whether a debugger halts at BKPT ([`Step::Breakpoint`]); otherwise it is a fault.
-    pub debugger: bool,
-    /// Whether the bit-band aliases exist.
-    pub bit_band: bool,
-}
-
-/// State in which a program starts other than by a reset, as a ROM boot loader leaves it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Start {
-    /// Main stack pointer.
-    pub sp: u32,
-    /// Address of the first instruction; bit 0 is ignored.
-    pub pc: u32,
-    /// Vector table offset register.
-    pub vtor: u32,
-    /// Whether exceptions of settable priority are masked.
-    pub primask: bool,
-}
-
-/// What a step did.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step {
-    /// One instruction was executed.
-    Executed {
-        /// Cycles it took, without stalls of the memory.
-        cycles: u32,
-    },
-    /// An exception was entered; no instruction was executed.
-    Entered {
-        /// Its number: 16 is interrupt 0.
-        exception: u16,
-        /// Cycles it took, without stalls of the memory.
-        cycles: u32,
-    },
-    /// The processor sleeps, and nothing wakes it yet.
-    Sleeping,
-    /// The program requested a reset (`AIRCR.SYSRESETREQ`); the next step goes on without one.
-    ResetRequested,
-    /// BKPT with this number; the program counter is behind it.
-    Breakpoint(u8),
-    /// The emulator lacks this instruction; it was a usage fault (UNDEFINSTR).
-    Unimplemented {
-        /// Address of the instruction.
-        pc: u32,
-        /// Its first halfword in bits 31 to 16 if it has two, its only one in bits 15 to 0.
-        opcode: u32,
-    },
-    /// The processor is locked up at this instruction, until a reset.
-    Lockup {
-        /// Address of the instruction.
-        pc: u32,
-    },
-}
-
-impl Step {
-    /// Cycles of the step, without stalls of the memory.
-    pub fn cycles(self) -> u32 {
-        match self {
-            Self::Executed { cycles } | Self::Entered { cycles, .. } => cycles,
-            _ => 1,
-        }
-    }
-}
 
 /// Whether the processor executes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -126,6 +55,7 @@ enum State {
 
 /// The processor.
 #[derive(Clone, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "bits of registers")]
 pub struct Core {
     build: Build,
     /// General registers; 13 is the stack pointer in use, 15 is set while an instruction is
@@ -226,19 +156,15 @@ impl Core {
         let vtor = self.build.vectors;
         self.start(vtor);
         let read = |memory: &mut dyn Memory, offset| memory.read(vtor + offset, Width::Word);
-        match (read(memory, 0), read(memory, 4)) {
-            (Ok(sp), Ok(pc)) => {
-                self.r[13] = sp & !3;
-                self.pc = pc & !1;
-                self.set_thumb(pc & 1 != 0);
-                Ok(())
-            }
-            _ => {
-                self.control.hfsr |= fault::hfsr::VECTTBL;
-                self.lock_up();
-                Err(BusError)
-            }
-        }
+        let (Ok(sp), Ok(pc)) = (read(memory, 0), read(memory, 4)) else {
+            self.control.hfsr |= fault::hfsr::VECTTBL;
+            self.lock_up();
+            return Err(BusError);
+        };
+        self.r[13] = sp & !3;
+        self.pc = pc & !1;
+        self.set_thumb(pc & 1 != 0);
+        Ok(())
     }
 
     /// Resets the processor, but starts it in another state than a reset does.
@@ -335,7 +261,7 @@ impl Core {
                 let pc = self.pc;
                 self.fault(fault);
                 if fault == Fault::Unimplemented {
-                    let opcode = self.opcode(memory, pc);
+                    let opcode = decoded::opcode(memory, pc);
                     return Step::Unimplemented { pc, opcode };
                 }
                 self.entered_or_locked(memory)
@@ -351,137 +277,9 @@ impl Core {
         }
     }
 
-    /// Makes an interrupt pending, as a pulse of its line does.
-    pub fn pend(&mut self, interrupt: u16) {
-        self.nvic.pend(number::INTERRUPT_0 + interrupt);
-    }
-
-    /// Makes the non-maskable interrupt pending.
-    pub fn pend_nmi(&mut self) {
-        self.nvic.pend(number::NMI);
-    }
-
-    /// Sets the line of an interrupt. It becomes pending when the line rises, and again when
-    /// its handler returns while the line is high.
-    #[inline]
-    pub fn set_line(&mut self, interrupt: u16, level: bool) {
-        self.nvic.set_line(number::INTERRUPT_0 + interrupt, level);
-    }
-
-    /// Sets the event register, as an event from outside does.
-    pub fn send_event(&mut self) {
-        self.nvic.event = true;
-    }
-
-    /// Lets time pass: cycle counter and `SysTick` count. To be called after each step.
-    #[inline]
-    pub fn advance(&mut self, cycles: u32) {
-        self.time += u64::from(cycles);
-        if self.systick.is_counting() && self.systick.advance(cycles) {
-            self.nvic.pend(number::SYSTICK);
-        }
-    }
-
-    /// Cycles after which `SysTick` requests its exception next; `None` if it does not. A
-    /// caller may let that many pass at once while the processor sleeps.
-    pub fn systick_due(&self) -> Option<u32> {
-        self.systick.due_in()
-    }
-
-    /// Cycles passed by [`Self::advance`].
-    pub fn cycles(&self) -> u64 {
-        self.time
-    }
-
-    /// Instructions executed so far.
-    #[inline]
-    pub fn executed(&self) -> u64 {
-        self.executed
-    }
-
-    /// Instructions executed so far while this exception was the current one; 0 is thread
-    /// mode, 16 interrupt 0.
-    pub fn executed_in(&self, exception: u16) -> u64 {
-        let latest = if exception == self.exception {
-            self.executed - self.counted
-        } else {
-            0
-        };
-        latest + self.executed_in[usize::from(exception & 255)]
-    }
-
     /// Counts the instructions so far for the current exception, before that changes.
     fn count_instructions(&mut self) {
         self.executed_in[usize::from(self.exception & 255)] += self.executed - self.counted;
         self.counted = self.executed;
-    }
-
-    /// A general register. Between steps, 15 is the address of the next instruction, and 13 the
-    /// stack pointer in use.
-    ///
-    /// # Panics
-    /// If there is no such register.
-    pub fn register(&self, number: usize) -> u32 {
-        if number == 15 {
-            self.pc
-        } else {
-            self.r[number]
-        }
-    }
-
-    /// Sets a general register, as a debugger does.
-    ///
-    /// # Panics
-    /// If there is no such register.
-    pub fn set_register(&mut self, number: usize, value: u32) {
-        match number {
-            15 => self.pc = value & !1,
-            13 => self.r[13] = value & !3,
-            _ => self.r[number] = value,
-        }
-    }
-
-    /// Bits of a single-precision register.
-    ///
-    /// # Panics
-    /// If there is no such register.
-    pub fn float(&self, number: usize) -> u32 {
-        self.s[number]
-    }
-
-    /// Sets the bits of a single-precision register, as a debugger does.
-    ///
-    /// # Panics
-    /// If there is no such register.
-    pub fn set_float(&mut self, number: usize, bits: u32) {
-        self.s[number] = bits;
-    }
-
-    /// Floating-point status and control register.
-    pub fn fpscr(&self) -> u32 {
-        self.fpscr
-    }
-
-    /// Program status register: APSR, IPSR and EPSR.
-    pub fn xpsr(&self) -> u32 {
-        self.status()
-    }
-
-    /// Sets the program status register, as a debugger does.
-    pub fn set_xpsr(&mut self, value: u32) {
-        self.count_instructions();
-        self.set_status(value);
-        self.rights_changed();
-    }
-
-    /// CONTROL.
-    pub fn control(&self) -> u32 {
-        self.special
-    }
-
-    /// Number of the current exception; 0 in thread mode.
-    #[inline]
-    pub fn exception(&self) -> u16 {
-        self.exception
     }
 }

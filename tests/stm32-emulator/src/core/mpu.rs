@@ -65,7 +65,7 @@ impl Mpu {
             return privileged && self.control & CTRL_DEFAULT != 0 && by_default;
         };
         let (read, write) = match (attributes >> 24 & 7, privileged) {
-            (1, true) | (2, true) | (3, _) => (true, true),
+            (1 | 2, true) | (3, _) => (true, true),
             (2, false) | (5, true) | (6 | 7, _) => (true, false),
             _ => (false, false),
         };

@@ -3,6 +3,8 @@
 //! Numbers are exception numbers: 16 is interrupt 0. After each change, [`Nvic::ready`] is the
 //! exception to enter, 0 for none. Source: DDI 0403, B1.5 and B3.4.
 
+use super::exception_set::Exceptions;
+
 /// Exception numbers.
 pub(crate) mod number {
     pub(crate) const NMI: u16 = 2;
@@ -22,39 +24,9 @@ const LOWEST: i16 = 256;
 /// Exceptions enabled for good: NMI, `HardFault`, `SVCall`, `PendSV` and `SysTick`.
 const ALWAYS_ENABLED: u64 = 1 << 2 | 1 << 3 | 1 << 11 | 1 << 14 | 1 << 15;
 
-/// A set of exceptions.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Exceptions([u64; 4]);
-
-impl Exceptions {
-    fn has(&self, number: u16) -> bool {
-        self.0[usize::from(number >> 6 & 3)] >> (number & 63) & 1 != 0
-    }
-
-    fn set(&mut self, number: u16, member: bool) {
-        let word = &mut self.0[usize::from(number >> 6 & 3)];
-        let bit = 1 << (number & 63);
-        *word = if member { *word | bit } else { *word & !bit };
-    }
-
-    fn iter(self) -> impl Iterator<Item = u16> {
-        (0_u16..).zip(self.0).flat_map(|(index, word)| {
-            let mut rest = word;
-            std::iter::from_fn(move || {
-                let bit = rest.trailing_zeros();
-                rest &= rest.wrapping_sub(1);
-                (bit < 64).then_some(index * 64 + bit as u16)
-            })
-        })
-    }
-
-    fn and(self, other: Self) -> Self {
-        Self(std::array::from_fn(|index| self.0[index] & other.0[index]))
-    }
-}
-
 /// State of all exceptions, and the masks.
 #[derive(Clone, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "masks and events")]
 pub(crate) struct Nvic {
     interrupts: u16,
     priority_mask: u8,

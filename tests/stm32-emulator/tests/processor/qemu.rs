@@ -65,7 +65,13 @@ fn each_state_is_that_of_qemu() {
         let (mut core, mut bus) = mps2::machine(&read(&image));
         // The architecture leaves the flags open at a reset.
         core.set_xpsr(0x4100_0000);
-        trace::compare(command(&image), &mut core, &mut bus, &range, limit)
+        trace::compare(
+            command(&image),
+            &mut core,
+            &mut bus,
+            (&range, limit),
+            u32::MAX,
+        )
     };
     assert_eq!(compare(0..CODE, 200_000), 200_000);
     // Then the first instructions of each part of the code, however late they are executed.

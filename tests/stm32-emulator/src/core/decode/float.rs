@@ -156,7 +156,7 @@ fn transfer(first: u32, second: u32) -> Instruction {
 fn pair(first: u32, second: u32) -> Instruction {
     let (t, t2) = (field(second, 12, 4), field(first, 0, 4));
     let double = bit(second, 8);
-    if !bit(first, 6) || second >> 4 & 13 != 1 || double && bit(second, 5) {
+    if !bit(first, 6) || second >> 4 & 0xD != 1 || double && bit(second, 5) {
         return Instruction::Undefined;
     }
     let m = if double {

@@ -33,7 +33,7 @@ pub(super) fn decode(code: u32) -> Instruction {
         0b10101 => add_to_sp(field(code, 8, 3), (code & 0xFF) * 4),
         0b10110 | 0b10111 => miscellaneous(code),
         // An empty list.
-        0b11000 | 0b11001 if code & 0xFF == 0 => Instruction::Unimplemented,
+        0b11000 | 0b11001 if field(code, 0, 8) == 0 => Instruction::Unimplemented,
         0b11000 => Instruction::StoreMultiple {
             n: field(code, 8, 3),
             before: false,
@@ -273,7 +273,9 @@ fn miscellaneous(code: u32) -> Instruction {
             2 => extend(Extend::Half),
             _ => extend(Extend::Byte),
         },
-        0b0100 | 0b0101 | 0b1100 | 0b1101 if code & 0x1FF == 0 => Instruction::Unimplemented,
+        0b0100 | 0b0101 | 0b1100 | 0b1101 if field(code, 0, 8) == 0 && !bit(code, 8) => {
+            Instruction::Unimplemented
+        }
         0b0100 | 0b0101 => Instruction::StoreMultiple {
             n: SP,
             before: true,

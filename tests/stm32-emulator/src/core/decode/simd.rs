@@ -12,7 +12,7 @@ pub(super) fn register(first: u32, second: u32) -> Instruction {
         return Instruction::Unimplemented;
     }
     match (bit(first, 7), second >> 6 & 3) {
-        (false, 0) if second >> 4 & 3 == 0 => Instruction::ShiftBy {
+        (false, 0) if field(second, 4, 2) == 0 => Instruction::ShiftBy {
             shift: match first >> 5 & 3 {
                 0 => Shift::Lsl,
                 1 => Shift::Lsr,

@@ -8,14 +8,13 @@ use super::{bit, field, float, simd, wide_data, wide_memory};
 pub(super) fn decode(first: u32, second: u32) -> Instruction {
     let group = first >> 4 & 0x7F;
     match first >> 11 & 3 {
-        1 if bit(group, 6) => coprocessor(first, second),
+        1 | 3 if bit(group, 6) => coprocessor(first, second),
         1 if bit(group, 5) => wide_data::shifted_register(first, second),
         1 if bit(group, 2) => wide_memory::dual_or_exclusive(first, second),
         1 => wide_memory::multiple(first, second),
         2 if bit(second, 15) => branch_or_control(first, second),
         2 if bit(group, 5) => wide_data::plain_immediate(first, second),
         2 => wide_data::modified_immediate(first, second),
-        3 if bit(group, 6) => coprocessor(first, second),
         3 if group >> 4 == 2 => simd::register(first, second),
         3 if group >> 3 == 6 => simd::multiply(first, second),
         3 if group >> 3 == 7 => simd::long_multiply(first, second),

@@ -40,7 +40,7 @@ pub(super) fn store(first: u32, second: u32) -> Instruction {
             Some(found) => found,
             None => return Instruction::Undefined,
         }
-    } else if second >> 6 & 0x1F == 0 {
+    } else if field(second, 6, 5) == 0 {
         return Instruction::StoreIndexed {
             kind,
             t,
@@ -78,9 +78,10 @@ pub(super) fn load(first: u32, second: u32) -> Instruction {
     if n == 15 {
         let value = (second & 0xFFF) as i32;
         let offset = if bit(first, 7) { value } else { -value };
-        return match hint {
-            true => Instruction::NoOperation,
-            false => Instruction::LoadLiteral { kind, t, offset },
+        return if hint {
+            Instruction::NoOperation
+        } else {
+            Instruction::LoadLiteral { kind, t, offset }
         };
     }
     let (index, offset) = if bit(first, 7) {
@@ -90,7 +91,7 @@ pub(super) fn load(first: u32, second: u32) -> Instruction {
             Some(found) => found,
             None => return Instruction::Undefined,
         }
-    } else if second >> 6 & 0x1F == 0 {
+    } else if field(second, 6, 5) == 0 {
         if hint {
             return Instruction::NoOperation;
         }
@@ -126,10 +127,8 @@ pub(super) fn multiple(first: u32, second: u32) -> Instruction {
         _ => return Instruction::Undefined,
     };
     let has = |register: Reg| list >> register & 1 != 0;
-    let both = has(15) && has(14);
-    if n == 15 || list.count_ones() < 2 || has(13) || write_back && has(n) {
-        Instruction::Unimplemented
-    } else if !load && has(15) || both {
+    let branches = has(15) && (!load || has(14));
+    if n == 15 || list.count_ones() < 2 || has(13) || branches || write_back && has(n) {
         Instruction::Unimplemented
     } else if load {
         Instruction::LoadMultiple {

@@ -1,4 +1,4 @@
-//! Branches. Source: DDI 0403, A4.3 and B1.4.7 (BranchWritePC, BXWritePC), B1.5.8.
+//! Branches. Source: DDI 0403, A4.3 and B1.4.7 (`BranchWritePC`, `BXWritePC`), B1.5.8.
 
 use super::super::Core;
 use super::super::cycles::REFILL;

@@ -1,5 +1,5 @@
 //! Floating-point instructions on registers, and whether the unit may be used.
-//! Source: DDI 0403, A2.5, A7.7 (VADD and so on) and B1.5.7 (ExecuteFPCheck).
+//! Source: DDI 0403, A2.5, A7.7 (VADD and so on) and B1.5.7 (`ExecuteFPCheck`).
 
 use super::super::Core;
 use super::super::arithmetic::Flags;

@@ -29,7 +29,7 @@ impl Core {
         let first = self.load(memory, address, Width::Word)?;
         if count == 2 {
             let second = self.load(memory, address.wrapping_add(4), Width::Word)?;
-            self.s[usize::from(d + 1 & 31)] = second;
+            self.s[usize::from((d + 1) & 31)] = second;
         }
         self.s[usize::from(d & 31)] = first;
         Ok(0)

@@ -42,6 +42,7 @@ impl Core {
     /// Executes the instruction at a place of the store; [`Core::next`] is the address behind it,
     /// and where it branches.
     #[inline]
+    #[expect(clippy::too_many_lines, reason = "a table of instructions")]
     pub(crate) fn execute<M: Memory>(&mut self, memory: &mut M, place: usize) -> Outcome {
         // Only the fields are copied.
         match self.decoded[place].instruction {

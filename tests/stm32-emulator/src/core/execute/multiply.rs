@@ -34,7 +34,7 @@ impl Core {
             Multiply::Mla => (addend.wrapping_add(x.wrapping_mul(y)), false),
             Multiply::Mls => (self.get(a).wrapping_sub(x.wrapping_mul(y)), false),
             Multiply::Half { n_top, m_top } => signed(half(x, n_top) * half(y, m_top)),
-            Multiply::Wide { m_top } => signed(i64::from(x as i32) * half(y, m_top) >> 16),
+            Multiply::Wide { m_top } => signed((i64::from(x as i32) * half(y, m_top)) >> 16),
             Multiply::Dual { subtract, exchange } => {
                 let (low, high) = products(x, y, exchange);
                 signed(if subtract { low - high } else { low + high })

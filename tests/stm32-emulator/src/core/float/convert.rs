@@ -1,5 +1,6 @@
 //! Conversions between single-precision numbers and integers, fixed-point and half-precision
-//! numbers. Source: DDI 0403, FPToFixed, FixedToFP, FPHalfToSingle, FPSingleToHalf.
+//! numbers. Source: DDI 0403, `FPToFixed`, `FixedToFP`, `FPHalfToSingle`, `FPSingleToHalf`.
+#![expect(clippy::float_cmp, reason = "whether a result is exact")]
 
 use super::round::{Mode, round_in, to_whole};
 use super::{

@@ -4,7 +4,7 @@
 //! rounding mode, flush-to-zero and default-NaN bits are observed. Results are computed
 //! exactly, or so that rounding makes no difference, and then rounded once; where the
 //! exceptions are known already, the host's arithmetic is the same and quicker.
-//! Source: DDI 0403, A2.5 and the functions FPAdd, FPMulAdd, FPRound, FPProcessNaNs.
+//! Source: DDI 0403, A2.5 and the functions `FPAdd`, `FPMulAdd`, `FPRound`, `FPProcessNaNs`.
 
 mod convert;
 mod round;

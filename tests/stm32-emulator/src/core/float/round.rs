@@ -3,6 +3,7 @@
 //! What is rounded is a double of 53 digits whose last one is odd wherever the exact number
 //! has more digits ("round to odd"): it lies on the same side of each number of 24 digits, and
 //! of each middle between two, as the exact one.
+#![expect(clippy::float_cmp, reason = "whether a result is exact")]
 
 use super::{SIGN, fpscr, is_zero};
 
