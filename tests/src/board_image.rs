@@ -233,7 +233,7 @@ where
 
     /// The last report of the board on itself.
     pub fn report(&self) -> Option<BoardReport> {
-        let reports = self
+        let mut reports = self
             .host
             .events
             .iter()
@@ -241,6 +241,6 @@ where
                 EventKind::Received(_, ToHost::Board(report)) => Some(report),
                 _ => None,
             });
-        reports.last()
+        reports.next_back()
     }
 }

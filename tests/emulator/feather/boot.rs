@@ -79,7 +79,7 @@ fn a_program_that_the_rom_loader_started_resets_the_chip_once() {
     // Crystal and PLL on, 12 / 12 * 192 / 2 = 96 MHz, the PLL chosen.
     for (at_us, offset, value) in [
         (0, 0x00, 0x0001_0083),
-        (5_000, 0x04, 0x0440_3000 | 12),
+        (5_000, 0x04, 0x0440_300C),
         (5_000, 0x00, 0x0101_0083),
         (6_000, 0x08, 2),
     ] {

@@ -8,7 +8,7 @@ use armbridge_stm32_emulator::peripherals::rcc::Reset;
 use armbridge_tests::board_image::BoardRun;
 use armbridge_tests::tapped_bench::{Action, ScriptedHost, TappedHost};
 
-use super::{ON_USB_MS, feather, until_configured};
+use super::feather;
 
 /// The motors off.
 pub(super) const OFF: [u16; 2] = [1_000; 2];
