@@ -14,11 +14,11 @@ const STACK: u32 = 0x2000_0000;
 pub fn enable<const LOG2: u32>(mpu: &mut MPU) {
     const { assert!(5 <= LOG2 && LOG2 <= 28, "a region of the unit") };
     // Written with its number, 0 (VALID).
-    let base = STACK - (1 << LOG2) | 1 << 4;
+    let base = (STACK - (1 << LOG2)) | (1 << 4);
     // Enabled, its length as the exponent less one, no access, no execution.
-    let attributes = 1 << 28 | (LOG2 - 1) << 1 | 1;
+    let attributes = (1 << 28) | ((LOG2 - 1) << 1) | 1;
     // Enabled, with the default memory map elsewhere.
-    let control = 1 << 2 | 1;
+    let control = (1 << 2) | 1;
     // SAFETY: the caller has nothing in the region.
     unsafe {
         mpu.rbar.write(base);

@@ -14,7 +14,7 @@
 //! | [`chip`]      | what differs between the chips, and how a board is wired    |
 //! | [`system`]    | address space: memory and peripherals, and their interrupts |
 //! | [`machine`]   | the processor on its system, in time; resets                |
-//! | [`line`]      | the servo bus as the board sees it                          |
+//! | [`line`](mod@line) | the servo bus as the board sees it                          |
 //! | [`usb_host`]  | a host at the USB cable                                     |
 //! | [`image`]     | ELF files                                                   |
 //! | [`rtt`]       | the image's log                                             |

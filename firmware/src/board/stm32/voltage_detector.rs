@@ -23,7 +23,7 @@ pub fn enable() {
     // Reading back makes sure that the clock is on (section 7.2.13).
     let _ = RCC.apb1enr().read();
     PWR.cr1().modify(|w| {
-        w.set_pls(THRESHOLD.into());
+        w.set_pls(THRESHOLD);
         w.set_pvde(true);
     });
     EXTI.rtsr(0).modify(|w| w.set_line(LINE, true));

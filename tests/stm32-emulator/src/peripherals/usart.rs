@@ -4,7 +4,7 @@
 //! line from the beginning of its start bit; TC is raised at the end of the last stop bit.
 //! Enabling the transmitter sends an idle frame first. Received bytes come from the line
 //! with the time of their stop bit; one that is not read before the next is lost, and
-//! [`Status`] says so. IDLE is raised a frame after the last of them.
+//! ORE says so. IDLE is raised a frame after the last of them.
 
 use crate::time::Time;
 
