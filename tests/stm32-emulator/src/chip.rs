@@ -29,16 +29,6 @@ impl Chip {
         id_code: 0x1007_6413,
         otg_id: 0x1200,
     };
-
-    /// STM32F446ZE.
-    pub const F446: Self = Self {
-        flash: 512 * 1_024,
-        sram: 128 * 1_024,
-        ccm: 0,
-        interrupts: 97,
-        id_code: 0x1000_6421,
-        otg_id: 0x2000,
-    };
 }
 
 /// The USART that drives the bus, by its number.

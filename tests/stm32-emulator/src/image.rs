@@ -15,7 +15,6 @@ pub struct Image {
 struct Symbol {
     name: String,
     address: u32,
-    len: u32,
     is_function: bool,
 }
 
@@ -40,7 +39,6 @@ impl Image {
                 Some(Symbol {
                     name: symbol.name().ok()?.to_owned(),
                     address: u32::try_from(symbol.address()).ok()? & !1,
-                    len: symbol.size() as u32,
                     is_function: symbol.kind() == SymbolKind::Text,
                 })
             })
@@ -60,14 +58,5 @@ impl Image {
         let mut functions = self.symbols.iter().filter(|symbol| symbol.is_function);
         let found = functions.find(|symbol| symbol.name.contains(part));
         found.map(|symbol| symbol.address)
-    }
-
-    /// Name of the function at an address, mangled.
-    pub fn function_at(&self, address: u32) -> Option<&str> {
-        let functions = self.symbols.iter().filter(|symbol| symbol.is_function);
-        let found = functions
-            .take_while(|symbol| symbol.address <= address)
-            .filter(|symbol| address < symbol.address + symbol.len.max(2));
-        found.last().map(|symbol| symbol.name.as_str())
     }
 }

@@ -17,7 +17,6 @@
 //! | [`line`](mod@line) | the servo bus as the board sees it                          |
 //! | [`usb_host`]  | a host at the USB cable                                     |
 //! | [`image`]     | ELF files                                                   |
-//! | [`rtt`]       | the image's log                                             |
 //! | [`memory`]    | how the processor reaches the system                        |
 //! | [`time`]      | time                                                        |
 #![forbid(unsafe_code)]
@@ -29,7 +28,6 @@ pub mod line;
 pub mod machine;
 pub mod memory;
 pub mod peripherals;
-pub mod rtt;
 pub mod system;
 pub mod time;
 pub mod usb_host;

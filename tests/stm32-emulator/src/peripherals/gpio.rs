@@ -117,11 +117,6 @@ impl Gpio {
         }
     }
 
-    /// Whether a pin is an output.
-    pub fn is_output(&self, pin: Pin) -> bool {
-        self.ports[usize::from(pin.port)].mode >> (2 * pin.number) & 3 == 1
-    }
-
     /// Alternate function of a pin, if it has one.
     pub fn alternate(&self, pin: Pin) -> Option<u32> {
         let port = &self.ports[usize::from(pin.port)];

@@ -22,10 +22,10 @@ impl Default for Pwr {
 }
 
 impl Pwr {
-    /// Whether the detector finds the supply too low: the thresholds on a falling supply
-    /// (data sheet, table 22).
+    /// Whether the detector finds the supply too low, by its nominal thresholds (section
+    /// 5.4.1, PLS); their spread and hysteresis are not modelled.
     pub fn is_low(&self, supply_mv: u32) -> bool {
-        let thresholds = [1_980, 2_130, 2_290, 2_440, 2_580, 2_690, 2_790, 2_890];
+        let thresholds = [2_000, 2_100, 2_300, 2_500, 2_600, 2_700, 2_800, 2_900];
         let threshold = thresholds[(self.control >> 5 & 7) as usize];
         self.control & PVDE != 0 && supply_mv < threshold
     }

@@ -25,6 +25,7 @@ impl<L: Line> System<L> {
             timer.advance(now);
         }
         self.serve_bus();
+        self.otg.is_wired = self.gpio.alternate(map::USB_PLUS.0) == Some(map::USB_PLUS.1);
         self.usb.advance(now, &mut self.otg);
         self.exti
             .set_line(map::PVD_LINE, self.pwr.is_low(self.supply_mv));

@@ -1,6 +1,7 @@
 //! Addresses (section 2.3), clock gates (section 7.3), interrupts (table 62) and DMA
 //! requests (tables 42 and 43).
 
+use crate::peripherals::gpio::Pin;
 use crate::peripherals::rcc::Gate;
 
 /// A block of registers.
@@ -105,6 +106,8 @@ pub const DMA: [[u16; 8]; 2] = [
 pub const PVD: u16 = 1;
 /// Line of the voltage detector.
 pub const PVD_LINE: u32 = 16;
+/// D+ and its alternate function (data sheet, table 9).
+pub const USB_PLUS: (Pin, u32) = (Pin::new('A', 12), 10);
 /// Interrupt of USB.
 pub const OTG: u16 = 67;
 

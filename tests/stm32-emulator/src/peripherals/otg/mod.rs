@@ -10,7 +10,7 @@ mod registers;
 
 use std::collections::VecDeque;
 
-use endpoint::{InEndpoint, OutEndpoint};
+use endpoint::Endpoint;
 
 /// Endpoints of each direction, control included.
 pub const ENDPOINTS: usize = 6;
@@ -80,8 +80,10 @@ pub struct Otg {
     received: VecDeque<Entry>,
     /// Words of the entry that was popped, not yet read.
     reading: VecDeque<u32>,
-    inputs: [InEndpoint; ENDPOINTS],
-    outputs: [OutEndpoint; ENDPOINTS],
+    inputs: [Endpoint; ENDPOINTS],
+    outputs: [Endpoint; ENDPOINTS],
+    /// D+ is a pin of this block: its alternate function is chosen.
+    pub is_wired: bool,
     /// Packets that the device could not take since its FIFO was full.
     refused: u32,
 }
@@ -108,17 +110,19 @@ impl Default for Otg {
             transmit: [0x0200_0200; ENDPOINTS],
             received: VecDeque::new(),
             reading: VecDeque::new(),
-            inputs: first(InEndpoint::control_endpoint()),
-            outputs: first(OutEndpoint::control_endpoint()),
+            inputs: endpoints(),
+            outputs: endpoints(),
+            is_wired: false,
             refused: 0,
         }
     }
 }
 
-/// Endpoints of one direction: `zero` and others.
-fn first<E: Default>(zero: E) -> [E; ENDPOINTS] {
-    let mut zero = Some(zero);
-    std::array::from_fn(|_| zero.take().unwrap_or_default())
+/// Endpoints of one direction.
+fn endpoints() -> [Endpoint; ENDPOINTS] {
+    let mut endpoints: [Endpoint; ENDPOINTS] = Default::default();
+    endpoints[0] = Endpoint::zero();
+    endpoints
 }
 
 impl Otg {
@@ -132,7 +136,7 @@ impl Otg {
 
     /// Whether the pull-up of D+ tells the host that there is a device.
     pub fn is_pulled_up(&self) -> bool {
-        self.device_control & DCTL_SDIS == 0 && self.phy & GCCFG_PWRDWN != 0
+        self.is_wired && self.device_control & DCTL_SDIS == 0 && self.phy & GCCFG_PWRDWN != 0
     }
 
     /// The device's address.
@@ -178,8 +182,8 @@ impl Otg {
         self.interrupts |= USBRST;
         self.device &= !(0x7F << 4);
         self.received.clear();
-        self.inputs.iter_mut().for_each(InEndpoint::bus_reset);
-        self.outputs.iter_mut().for_each(OutEndpoint::bus_reset);
+        self.inputs.iter_mut().for_each(Endpoint::bus_reset);
+        self.outputs.iter_mut().for_each(Endpoint::bus_reset);
     }
 
     /// The end of the bus reset: the speed is known.
@@ -236,7 +240,7 @@ impl Otg {
         let Some(output) = self.outputs.get_mut(endpoint) else {
             return Answer::Silence;
         };
-        let (answer, is_new, is_done) = output.out(data.len(), toggle);
+        let (answer, is_new, is_done) = output.output(data.len(), toggle);
         if is_new {
             self.push(OUT_DATA, endpoint, data);
         }
@@ -248,12 +252,12 @@ impl Otg {
 
     /// Whether an OUT transaction would be taken or stalled.
     pub fn is_out_ready(&self, endpoint: usize) -> bool {
-        self.outputs[endpoint].is_ready() && self.has_room(64)
+        self.outputs[endpoint].is_out_ready() && self.has_room(64)
     }
 
     /// Whether an IN transaction would get data or a stall.
     pub fn is_in_ready(&self, endpoint: usize) -> bool {
-        self.inputs[endpoint].is_ready()
+        self.inputs[endpoint].is_in_ready()
     }
 
     /// An IN transaction; the host acknowledges the data.

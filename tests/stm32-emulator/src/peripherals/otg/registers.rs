@@ -119,9 +119,12 @@ impl Otg {
     /// GRSTCTL: resets and flushes.
     fn reset_parts(&mut self, value: u32) {
         if value & 1 != 0 {
-            let kept = (self.id, self.phy);
-            *self = Self::default();
-            (self.id, self.phy) = kept;
+            *self = Self {
+                id: self.id,
+                phy: self.phy,
+                is_wired: self.is_wired,
+                ..Self::default()
+            };
         }
         if value & 1 << 4 != 0 {
             self.received.clear();
