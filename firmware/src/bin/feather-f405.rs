@@ -28,7 +28,6 @@ use embassy_executor::{Executor, Spawner};
 use embassy_futures::select::{Either, select};
 use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
-use embassy_stm32::peripherals::USB_OTG_FS;
 use embassy_time::Timer;
 use embassy_usb::UsbDevice;
 use static_cell::{ConstStaticCell, StaticCell};
@@ -48,7 +47,6 @@ defmt::timestamp!("{=u64:us}", time::now_us());
 #[cortex_m_rt::entry]
 fn main() -> ! {
     crash::stop_first();
-    usb::detach();
     stack::paint();
     THREAD.init(Executor::new()).run(start)
 }
@@ -137,8 +135,8 @@ fn build(bus: bus::Line, end: BridgeEnd<'static>, settings: &Settings) -> &'stat
 }
 
 #[embassy_executor::task]
-async fn run_usb(mut device: UsbDevice<'static, embassy_stm32::usb::Driver<'static, USB_OTG_FS>>) {
-    device.run().await;
+async fn run_usb(device: UsbDevice<'static, usb::Otg>) -> ! {
+    usb::run(device).await
 }
 
 #[embassy_executor::task]

@@ -49,7 +49,7 @@ fn a_host_finds_driver_interface_and_serial_number() {
 }
 
 /// D+ is low for more than 3 ms before the board attaches, also after a reset of the chip
-/// alone, and then it stays attached but for the driver's microseconds.
+/// alone, and then it rises once.
 #[test]
 #[ignore = "needs the firmware image: run `cargo verify`"]
 fn a_host_sees_the_board_go_at_a_reset() {
@@ -63,14 +63,10 @@ fn a_host_sees_the_board_go_at_a_reset() {
     run.run_for(20);
     let edges = run.machine.system.usb.pull_up_edges();
     let after: Vec<_> = edges.iter().filter(|(at, _)| *at >= reset_at).collect();
-    let [(gone, false), rest @ ..] = &after[..] else {
-        panic!("{after:?}")
-    };
-    let [(back, true), .., (last, true)] = rest else {
+    let [(gone, false), (back, true)] = after[..] else {
         panic!("{after:?}")
     };
     assert!(*back - *gone > us(3_000));
-    assert!(*last - *back < us(20), "{after:?}");
 }
 
 /// A host that configures the board a second time, as one does that takes it over from another

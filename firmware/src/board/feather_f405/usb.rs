@@ -13,10 +13,9 @@
 //!
 //! # Attaching
 //!
-//! A host that had the board before a reset must see it go: D+ is held low from the end of
-//! the stop sequence ([`detach`]) until the stack starts, 30 ms later; 3 ms are needed (section
-//! 34.16.4, soft disconnect of a suspended device). The driver connects, disconnects and
-//! connects again within microseconds, which a host takes for the bounce of a contact.
+//! The driver pulls D+ up, lets go of it and pulls it up again within microseconds, while the
+//! errata sheet of the chip asks for 3 ms between. Until [`ATTACH_MS`] later the pin is an
+//! output that is low ([`run`]), so that a host sees one attachment.
 //!
 //! # A second configuration
 //!
@@ -27,11 +26,13 @@
 
 use crate::tasks::{FromClient, FromHost, LineChanges, ToHost};
 use armbridge_shared::bridge::gateway::ClientLine;
+use embassy_futures::join::join;
+use embassy_stm32::pac::GPIOA;
 use embassy_stm32::pac::gpio::vals::Moder;
-use embassy_stm32::pac::{GPIOA, RCC};
 use embassy_stm32::peripherals::{PA11, PA12, USB_OTG_FS};
 use embassy_stm32::usb::{self, Driver, InterruptHandler};
 use embassy_stm32::{Peri, bind_interrupts, pac, uid};
+use embassy_time::Timer;
 use embassy_usb::class::cdc_acm::{CdcAcmClass, ControlChanged, Receiver, Sender, State};
 use embassy_usb::driver::{Endpoint as _, EndpointIn as _, EndpointOut as _};
 use embassy_usb::msos::{
@@ -56,10 +57,14 @@ const INTERFACE_GUID: &str = "{9BD2DF71-6BE5-4C43-9D3B-3E0A5A1F5F43}";
 const MICROSOFTS_LEN: usize = 256;
 /// D+, PA12.
 const PLUS_PIN: usize = 12;
+/// Time in ms from the start of the driver until the board attaches: more than 3 ms after the
+/// driver's last change, which is in the first poll of the device.
+const ATTACH_MS: u64 = 5;
 /// Endpoints beside control that this device uses, at most, in each direction.
 const ENDPOINTS: usize = 3;
 
-type Otg = Driver<'static, USB_OTG_FS>;
+/// The driver.
+pub type Otg = Driver<'static, USB_OTG_FS>;
 type Out = <Otg as embassy_usb::driver::Driver<'static>>::EndpointOut;
 type In = <Otg as embassy_usb::driver::Driver<'static>>::EndpointIn;
 
@@ -79,15 +84,18 @@ pub struct Ports {
     pub changes: Changes,
 }
 
-/// Holds D+ low, so that a host sees no device.
-pub fn detach() {
-    RCC.ahb1enr().modify(|w| w.set_gpioaen(true));
-    // Reading back makes sure that the clock is on (section 7.2.13).
-    let _ = RCC.ahb1enr().read();
-    GPIOA.bsrr().write(|w| w.set_br(PLUS_PIN, true));
-    GPIOA
-        .moder()
-        .modify(|w| w.set_moder(PLUS_PIN, Moder::OUTPUT));
+/// Holds D+ low, or has the USB block drive it.
+fn set_plus(mode: Moder) {
+    critical_section::with(|_| GPIOA.moder().modify(|w| w.set_moder(PLUS_PIN, mode)));
+}
+
+/// Runs the device for ever, and attaches it.
+pub async fn run(mut device: UsbDevice<'static, Otg>) -> ! {
+    let attach = async {
+        Timer::after_millis(ATTACH_MS).await;
+        set_plus(Moder::ALTERNATE);
+    };
+    join(device.run(), attach).await.0
 }
 
 /// Restarts the endpoints when a host configures the device: nothing to be sent, and DATA0.
@@ -137,6 +145,8 @@ pub fn start(
     electrical.vbus_detection = false;
     let out = OUT.init([0; 4 * PACKET_MAX]);
     let driver = Driver::new_fs(otg, Irqs, plus, minus, out, electrical);
+    GPIOA.bsrr().write(|w| w.set_br(PLUS_PIN, true));
+    set_plus(Moder::OUTPUT);
 
     // The vendor and product id that pid.codes reserves for tests.
     let mut config = Config::new(0x1209, 0x0001);
