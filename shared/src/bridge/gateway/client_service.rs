@@ -177,7 +177,6 @@ impl<B: Bus> Bridge<'_, B> {
             if !self.end.client.send(*byte) {
                 let lost = &mut self.gateway.counters.lost;
                 *lost = lost.wrapping_add(1);
-                self.gateway.has_counted = true;
             }
         }
     }
@@ -194,6 +193,5 @@ impl<B: Bus> Bridge<'_, B> {
                 gateway.reported = gateway.counters;
             }
         }
-        gateway.has_counted = gateway.counters != gateway.reported;
     }
 }

@@ -45,10 +45,6 @@ const REPORT_US: u64 = 100_000;
 
 /// The transparent port's state, as the tick keeps it.
 #[derive(Debug, Default)]
-#[allow(
-    clippy::struct_excessive_bools,
-    reason = "each is independent of the others"
-)]
 pub(super) struct Gateway {
     framer: Framer,
     /// A whole packet that waits; the framer holds its bytes.
@@ -64,8 +60,6 @@ pub(super) struct Gateway {
     counters: PortCounters,
     reported: PortCounters,
     reported_us: u64,
-    /// The counters may differ from those reported.
-    has_counted: bool,
     /// The client has opened its port since the bus was released.
     was_open: bool,
     /// The host has asked for the bus: no client takes it before this time.
@@ -89,7 +83,7 @@ impl Gateway {
 
     /// Whether there is nothing of a client's to work on, and nothing to report.
     fn is_quiet(&self) -> bool {
-        self.waiting.is_none() && self.framer.is_empty() && !self.has_counted
+        self.waiting.is_none() && self.framer.is_empty() && self.counters == self.reported
     }
 
     /// Notes that the bus is taken back from the client.
@@ -99,7 +93,6 @@ impl Gateway {
     }
 
     fn count(&mut self, is_passed: bool) {
-        self.has_counted = true;
         let has_waited = core::mem::take(&mut self.has_waited);
         let counters = &mut self.counters;
         let which = if is_passed {
