@@ -1,9 +1,9 @@
 //! A cell for the state of an interrupt handler.
 //!
 //! A handler has no arguments, so its state is in a `static`: [`HandlerCell::put`] fills it
-//! at boot, and [`HandlerCell::with`] lends it to one caller at a time. It is a lock that
-//! nobody waits for: whoever finds it taken is refused. A handler that is the only caller
-//! never is, since no interrupt preempts itself. Interrupts stay enabled
+//! at boot, and [`HandlerCell::with`] lends it to one caller at a time. It is a lock without
+//! waiting: a caller that finds it taken is refused. A handler that is the only caller
+//! is never refused, since no interrupt preempts itself. Interrupts stay enabled
 //! meanwhile, unlike in a critical section.
 
 use core::cell::UnsafeCell;
@@ -11,7 +11,7 @@ use core::sync::atomic::{AtomicU8, Ordering};
 
 /// Nothing has been put in.
 const EMPTY: u8 = 0;
-/// Full, and lent to nobody.
+/// Full, and not lent.
 const FREE: u8 = 1;
 /// Being filled or lent.
 const TAKEN: u8 = 2;
@@ -39,8 +39,8 @@ impl<T> HandlerCell<T> {
     /// Fills the cell; `value` is dropped, and nothing else happens, if it is full.
     pub fn put(&self, value: T) {
         if self.take(EMPTY) {
-            // SAFETY: `state` was changed to `TAKEN` here, so that nobody else touches the
-            // value before it is changed back.
+            // SAFETY: `state` was changed to `TAKEN` here, so that no other context
+            // touches the value before it is changed back.
             unsafe { *self.value.get() = Some(value) };
             self.state.store(FREE, Ordering::Release);
         }

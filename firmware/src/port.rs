@@ -3,7 +3,7 @@
 //! # Waking
 //!
 //! A reply of the servos is 14 bytes, 10 µs apart, and the master can do nothing
-//! before the last of them. It announces how many it waits for ([`Buffers::expect`]), and
+//! before the last of them. It announces how many it waits for ([`Buffers::wake_after`]), and
 //! the interrupt handler wakes it at this count, or when the receiver reports an
 //! error ([`Buffers::is_due`]): once a reply, not once a byte, which costs a poll each,
 //! some 700 instructions. Bytes that it does not expect, echo or noise on
@@ -68,7 +68,7 @@ impl Buffers {
 
     /// Sets the number of bytes that ends the reader's wait, as an error always does; `None`
     /// for no number. True if that many have been received already.
-    pub fn expect(&self, bytes: Option<usize>) -> bool {
+    pub fn wake_after(&self, bytes: Option<usize>) -> bool {
         // At most the capacity: a full buffer is due.
         let expected = bytes.map_or(NOTHING_EXPECTED, |bytes| bytes.clamp(1, BUFFER_LEN) as u32);
         self.expected.store(expected, Ordering::Relaxed);
@@ -171,17 +171,17 @@ mod tests {
         buffers.report_error(LineError::Framing);
         assert!(!buffers.is_due());
         // The error is older than the wait, and its reader has not come for it.
-        assert!(!buffers.expect(Some(4)));
+        assert!(!buffers.wake_after(Some(4)));
         assert!(buffers.is_due());
         assert!(buffers.take_error().is_some() && !buffers.is_due());
         receive(1);
-        assert!(buffers.is_due() && buffers.expect(Some(4)));
-        assert!(!buffers.expect(Some(5)) && !buffers.is_due());
+        assert!(buffers.is_due() && buffers.wake_after(Some(4)));
+        assert!(!buffers.wake_after(Some(5)) && !buffers.is_due());
         buffers.report_error(LineError::Noise);
         assert!(buffers.is_due());
         // More than there is room for: a full buffer ends it.
         receive(BUFFER_LEN - 4);
-        assert!(buffers.expect(Some(2 * BUFFER_LEN)));
-        assert!(!buffers.expect(None));
+        assert!(buffers.wake_after(Some(2 * BUFFER_LEN)));
+        assert!(!buffers.wake_after(None));
     }
 }

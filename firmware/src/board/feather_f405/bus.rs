@@ -61,9 +61,9 @@ pub fn start() -> Line {
     HalfDuplexBus::new(&PORT, time::clock())
 }
 
-/// Sets the number of bytes that wakes the tick; see [`HalfDuplex::expect`].
-pub fn expect(bytes: Option<usize>) -> bool {
-    PORT.expect(bytes)
+/// Sets the number of bytes that wakes the tick; see [`HalfDuplex::wake_after`].
+pub fn wake_after(bytes: Option<usize>) -> bool {
+    PORT.wake_after(bytes)
 }
 
 /// One handler for all of the port's interrupts.

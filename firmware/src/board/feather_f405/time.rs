@@ -68,7 +68,7 @@ fn TIM5() {
         return;
     };
     // What has come since the tick looked starts it again.
-    if bus::expect(wait.bytes) || !CLOCK.set_alarm(wait.until_us, STOP_LOOK_US) {
+    if bus::wake_after(wait.bytes) || !CLOCK.set_alarm(wait.until_us, STOP_LOOK_US) {
         wake();
     }
 }

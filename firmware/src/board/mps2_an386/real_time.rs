@@ -66,7 +66,7 @@ fn wait_for(Wait { until_us, bytes }: Wait) {
         return;
     }
     let us = until_us.saturating_sub(now_us);
-    if us == 0 || BUS.buffers().expect(bytes) {
+    if us == 0 || BUS.buffers().wake_after(bytes) {
         wake();
         return;
     }

@@ -247,7 +247,7 @@ impl<W: Wiring> HalfDuplex<W> {
 
     /// Sets the number of unread bytes that wakes the tick; true if they are there already, or
     /// an error is.
-    pub fn expect(&self, bytes: Option<usize>) -> bool {
+    pub fn wake_after(&self, bytes: Option<usize>) -> bool {
         let wanted = bytes.map_or(0, |bytes| bytes.clamp(1, RX_LEN - 1) as u32);
         self.wanted.store(wanted, Ordering::Relaxed);
         // The flag of an idle line that came before this is gone.

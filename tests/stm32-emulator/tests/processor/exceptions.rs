@@ -152,7 +152,7 @@ fn floating_point_state_survives_chained_handlers_that_use_the_unit() {
     assert_eq!(board.word(sp + 32), 0x4048_F5C3);
     assert_eq!(board.system_register(0xE000_EF34) & 1, 0);
     assert_eq!(board.float(0), 99);
-    // The second uses the unit too; its state belongs to nobody.
+    // The second handler uses the unit too, and its state is not kept.
     board.enters(17);
     assert_eq!(board.register(14), 0xFFFF_FFE9);
     board.execute(3);
