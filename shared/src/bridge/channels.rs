@@ -2,8 +2,7 @@
 //!
 //! Lock-free single-producer single-consumer queues and words, split once at boot. The
 //! tick never waits for them. Commands may be refused, so they have a queue that may be
-//! full. Hello, goodbye, stop and heartbeat may not: they are counters, and the tick stores
-//! the last observed value of each ([`Signals`]).
+//! full. Hello, goodbye, stop and heartbeat may not: they are counters, see [`super::signals`].
 //!
 //! # Epochs
 //!
@@ -16,17 +15,16 @@
 //! counted then. The client of the transparent port has queues of bytes, one each way.
 //! A [`QueueWatch`] detects new items in them, without holding an end.
 
-use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+use core::sync::atomic::AtomicU32;
 
 use super::command::ValidatedCommand;
 use super::gateway::{BusSide, CLIENT_BYTES, PortEnd};
 use super::queue::{Channel, Count, Receiver, Sender};
+use super::signals::{SignalCounters, SignalReader};
 use crate::JOINTS;
 use crate::control_loop::reference::StartPoint;
 use crate::link::experiment::Conclusion;
-use crate::link::message::{
-    Missing, Moment, OffReport, PortCounters, Record, Refusal, StopSource, Trip,
-};
+use crate::link::message::{Missing, Moment, OffReport, PortCounters, Record, Refusal, Trip};
 use crate::servo::Firmware;
 
 /// Commands that fit between two ticks. A spsc queue holds one less than this.
@@ -49,32 +47,6 @@ pub(super) struct HostRequest {
     /// Sequence number to acknowledge.
     pub(super) sequence: u16,
     pub(super) command: ValidatedCommand,
-}
-
-/// Signals of the host since the tick last read them; none may be refused.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Signals {
-    /// Stop at once.
-    pub(super) stop: Option<StopSource>,
-    /// The host leaves.
-    pub(super) goodbye: bool,
-    /// A hello was received.
-    pub(super) hello: bool,
-    /// The host is alive.
-    pub(super) heartbeat: bool,
-}
-
-/// Counters of signals, modulo 2^32 or 2^8.
-#[derive(Debug, Default)]
-struct SignalCounters {
-    /// Number of signals and commands: where it is the same, there is nothing to look for. Each
-    /// is counted here last.
-    all: AtomicU32,
-    epoch: AtomicU32,
-    stops: [AtomicU8; StopSource::ALL.len()],
-    goodbyes: AtomicU8,
-    hellos: AtomicU8,
-    heartbeats: AtomicU8,
 }
 
 /// Notification of the tick to the link.
@@ -132,14 +104,7 @@ impl Channels {
             from_client: Channel::new(),
             to_client: Channel::new(),
             client_line: AtomicU32::new(0),
-            signals: SignalCounters {
-                all: AtomicU32::new(0),
-                epoch: AtomicU32::new(0),
-                stops: [const { AtomicU8::new(0) }; StopSource::ALL.len()],
-                goodbyes: AtomicU8::new(0),
-                hellos: AtomicU8::new(0),
-                heartbeats: AtomicU8::new(0),
-            },
+            signals: SignalCounters::new(),
         }
     }
 
@@ -155,9 +120,7 @@ impl Channels {
                 requests: requests_out,
                 notifications: notifications_in,
                 records: records_in,
-                signals: &self.signals,
-                seen: SeenSignals::load(&self.signals),
-                seen_all: self.signals.all.load(Ordering::Acquire),
+                signals: self.signals.reader(),
                 client: BusSide {
                     from_client: client_out,
                     to_client: answers_in,
@@ -179,40 +142,12 @@ impl Channels {
     }
 }
 
-/// Values of the counters that the tick has read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct SeenSignals {
-    epoch: u32,
-    stops: [u8; StopSource::ALL.len()],
-    goodbyes: u8,
-    hellos: u8,
-    heartbeats: u8,
-}
-
-impl SeenSignals {
-    /// Reads the counters.
-    fn load(counters: &SignalCounters) -> Self {
-        let byte = |counter: &AtomicU8| counter.load(Ordering::Acquire);
-        Self {
-            // Read first, so that signals that came with it are seen.
-            epoch: counters.epoch.load(Ordering::Acquire),
-            stops: counters.stops.each_ref().map(byte),
-            goodbyes: byte(&counters.goodbyes),
-            hellos: byte(&counters.hellos),
-            heartbeats: byte(&counters.heartbeats),
-        }
-    }
-}
-
 /// The tick's end.
 pub struct BridgeEnd<'a> {
     requests: Receiver<'a, HostRequest, REQUESTS>,
     pub(super) notifications: Sender<'a, Notification, NOTIFICATIONS>,
     pub(super) records: Sender<'a, Record, RECORDS>,
-    signals: &'a SignalCounters,
-    seen: SeenSignals,
-    /// [`SignalCounters::all`] when signals and commands were last taken.
-    seen_all: u32,
+    pub(super) signals: SignalReader<'a>,
     pub(super) client: BusSide<'a>,
 }
 
@@ -221,7 +156,7 @@ pub struct LinkEnd<'a> {
     requests: Sender<'a, HostRequest, REQUESTS>,
     pub(super) notifications: Receiver<'a, Notification, NOTIFICATIONS>,
     pub(super) records: Receiver<'a, Record, RECORDS>,
-    signals: &'a SignalCounters,
+    pub(super) signals: &'a SignalCounters,
 }
 
 /// Change detector of the queues, for the loops that wait for them: most polls of the bus
@@ -270,28 +205,6 @@ impl<'a> BridgeEnd<'a> {
 }
 
 impl BridgeEnd<'_> {
-    /// Whether there is a new signal or command since the last call; most polls have none.
-    pub(super) fn has_request(&mut self) -> bool {
-        // Acquire: what was counted before is seen.
-        let all = self.signals.all.load(Ordering::Acquire);
-        core::mem::replace(&mut self.seen_all, all) != all
-    }
-
-    /// Takes the signals since the last call.
-    pub(super) fn take_signals(&mut self) -> Signals {
-        let current = SeenSignals::load(self.signals);
-        let before = core::mem::replace(&mut self.seen, current);
-        let mut stops = StopSource::ALL
-            .into_iter()
-            .zip(current.stops.iter().zip(before.stops));
-        Signals {
-            stop: stops.find_map(|(source, (count, before))| (*count != before).then_some(source)),
-            goodbye: current.goodbyes != before.goodbyes,
-            hello: current.hellos != before.hellos,
-            heartbeat: current.heartbeats != before.heartbeats,
-        }
-    }
-
     /// Takes the oldest command.
     pub(super) fn take_request(&mut self) -> Option<HostRequest> {
         self.requests.dequeue()
@@ -299,58 +212,11 @@ impl BridgeEnd<'_> {
 
     /// Whether a command is of the epoch of the last signals.
     pub(super) fn is_present(&self, request: &HostRequest) -> bool {
-        request.epoch == self.seen.epoch
+        request.epoch == self.signals.epoch()
     }
-}
-
-/// Increments a counter, which has one writer.
-fn count(counter: &AtomicU8) {
-    let counted = counter.load(Ordering::Relaxed).wrapping_add(1);
-    counter.store(counted, Ordering::Release);
 }
 
 impl LinkEnd<'_> {
-    /// Notes that there is something for the tick, after it is there.
-    fn note_request(&self) {
-        let all = self.signals.all.load(Ordering::Relaxed).wrapping_add(1);
-        self.signals.all.store(all, Ordering::Release);
-    }
-
-    /// Begins a new epoch after a signal.
-    fn begin_epoch(&self) {
-        let epoch = self.signals.epoch.load(Ordering::Relaxed).wrapping_add(1);
-        self.signals.epoch.store(epoch, Ordering::Release);
-        self.note_request();
-    }
-
-    /// Signals a stop.
-    pub(super) fn stop(&self, source: StopSource) {
-        for (known, counter) in StopSource::ALL.iter().zip(&self.signals.stops) {
-            if *known == source {
-                count(counter);
-            }
-        }
-        self.begin_epoch();
-    }
-
-    /// Signals a hello.
-    pub(super) fn hello(&self) {
-        count(&self.signals.hellos);
-        self.begin_epoch();
-    }
-
-    /// Signals that the host leaves.
-    pub(super) fn goodbye(&self) {
-        count(&self.signals.goodbyes);
-        self.note_request();
-    }
-
-    /// Signals that the host is alive.
-    pub(super) fn heartbeat(&self) {
-        count(&self.signals.heartbeats);
-        self.note_request();
-    }
-
     /// Sends a command of the present epoch.
     ///
     /// # Errors
@@ -361,12 +227,12 @@ impl LinkEnd<'_> {
         command: ValidatedCommand,
     ) -> Result<(), Refusal> {
         let request = HostRequest {
-            epoch: self.signals.epoch.load(Ordering::Relaxed),
+            epoch: self.signals.epoch(),
             sequence,
             command,
         };
         let result = self.requests.enqueue(request);
-        self.note_request();
+        self.signals.note();
         result.map_err(|_| Refusal::Busy)
     }
 }
@@ -374,6 +240,7 @@ impl LinkEnd<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::link::message::StopSource;
 
     #[test]
     fn a_watch_sees_what_the_tick_has_done_once() {
@@ -384,10 +251,10 @@ mod tests {
         assert_eq!(activity(), (false, false));
         // What comes from the other ends is no activity of the tick.
         assert_eq!(client.receive(&[1]), 1);
-        link.stop(StopSource::Host);
+        link.signals.stop(StopSource::Host);
         assert_eq!(activity(), (false, false));
 
-        assert!(tick.take_signals().stop.is_some());
+        assert!(tick.signals.take().stop.is_some());
         assert!(
             tick.notifications
                 .enqueue(Notification::Passthrough)

@@ -165,7 +165,7 @@ impl<'a> LinkPort<'a> {
         }
         if self.garbage > GARBAGE_MAX {
             self.garbage = 0;
-            self.end.stop(StopSource::Flood);
+            self.end.signals.stop(StopSource::Flood);
         }
     }
 
@@ -194,24 +194,24 @@ impl<'a> LinkPort<'a> {
                 self.offered = Offered::default();
                 if self.is_greeted {
                     // The tick reports the servos.
-                    self.end.hello();
+                    self.end.signals.hello();
                 }
                 self.answer = None;
                 self.waiting_motion = None;
                 self.saving = None;
             }
             // From any host, at any time.
-            ToBoard::Stop => self.end.stop(StopSource::Host),
+            ToBoard::Stop => self.end.signals.stop(StopSource::Host),
             _ if !self.is_greeted => self.pending.hello = true,
             _ if !self.is_newer(sequence) => {
                 self.answer = Some((sequence, Err(Refusal::Stale)));
             }
             ToBoard::Goodbye => {
                 self.waiting_motion = None;
-                self.end.goodbye();
+                self.end.signals.goodbye();
                 self.is_greeted = false;
             }
-            ToBoard::Heartbeat => self.end.heartbeat(),
+            ToBoard::Heartbeat => self.end.signals.heartbeat(),
             ToBoard::Command(command) => {
                 // The latest command replaces a motion that is not yet planned, above all
                 // one that switches off.

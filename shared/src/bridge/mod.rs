@@ -40,7 +40,8 @@
 //! | `link_port`    | the board's end of the control link                     |
 //! | [`gateway`]    | the transparent port                                    |
 //! | [`supply`]     | permission of the servos' supply                        |
-//! | `channels`     | queues and signals between tick and thread mode         |
+//! | `channels`     | queues between tick and thread mode                     |
+//! | `signals`      | signals of the host to the tick                         |
 
 pub mod app_core;
 mod bus_events;
@@ -50,6 +51,7 @@ pub mod gateway;
 mod link_port;
 mod queue;
 mod requests;
+mod signals;
 pub mod supply;
 mod temperature;
 
@@ -142,7 +144,7 @@ impl<'a, B: Bus> Bridge<'a, B> {
         let now_us = self.monotonic_now(now_us);
         self.core.check_state();
         self.apply_core_actions();
-        if self.end.has_request() {
+        if self.end.signals.has_news() {
             self.take_requests();
         }
         self.poll_client();

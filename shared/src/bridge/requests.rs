@@ -39,7 +39,7 @@ impl<B: Bus> Bridge<'_, B> {
     /// Takes the signals. Returns whether a host has left, whose last commands precede its
     /// goodbye.
     fn take_signals(&mut self) -> bool {
-        let signals = self.end.take_signals();
+        let signals = self.end.signals.take();
         if let Some(source) = signals.stop {
             self.emergency_stop(source);
         }

@@ -10,12 +10,16 @@
 //! predecessor's gives the number of lost ones; the number 0, out of turn, means that the sender
 //! restarted, and that its frames in between are not known.
 
+mod cobs;
+mod output;
+
 use postcard::experimental::max_size::MaxSize;
-use postcard::ser_flavors::Flavor;
 use serde::{Serialize, Serializer, de::DeserializeOwned};
 
 use super::message::{Record, ToBoard, ToHost};
 use crate::crc32;
+use cobs::{LONGEST, stuff, unstuff};
+use output::Output;
 
 /// Version of the frame layout.
 const VERSION: u8 = 1;
@@ -38,6 +42,7 @@ pub const MAX: usize = {
     let plain = HEADER + CRC_LEN + host - SPARED;
     plain + 1 + plain / 254 + 1
 };
+const _: () = assert!(MAX <= LONGEST);
 
 /// A message that travels in one direction.
 pub trait Message: Serialize + DeserializeOwned + MaxSize {
@@ -109,8 +114,7 @@ impl Encoder {
         let [low, high] = sequence.to_le_bytes();
         let (header, rest) = plain.split_first_chunk_mut::<HEADER>()?;
         *header = [VERSION, direction, low, high];
-        let plain_out = Plain { into: rest, len: 0 };
-        let body = postcard::serialize_with_flavor(message, plain_out).ok()?;
+        let body = postcard::serialize_with_flavor(message, Output::new(rest)).ok()?;
         let (content, rest) = plain.split_at_mut_checked(HEADER + body)?;
         let (crc, rest) = rest.split_first_chunk_mut()?;
         *crc = crc32::checksum(content).to_le_bytes();
@@ -120,97 +124,6 @@ impl Encoder {
         // The first code and the terminator.
         Some(plain.len() + 2)
     }
-}
-
-/// Output of postcard's: a slice, and the length so far.
-///
-/// A number has 1 to 5 bytes, or 4, for which a call of `memcpy` costs more than the
-/// bytes themselves, as postcard's own output for slices has one.
-struct Plain<'a> {
-    into: &'a mut [u8],
-    len: usize,
-}
-
-impl Plain<'_> {
-    #[inline]
-    fn put<const N: usize>(&mut self, bytes: [u8; N]) -> postcard::Result<()> {
-        let rest = self.into.get_mut(self.len..);
-        let slots = rest.and_then(|rest| rest.first_chunk_mut());
-        *slots.ok_or(postcard::Error::SerializeBufferFull)? = bytes;
-        self.len += N;
-        Ok(())
-    }
-}
-
-impl Flavor for Plain<'_> {
-    type Output = usize;
-
-    #[inline]
-    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
-        self.put([byte])
-    }
-
-    #[inline]
-    fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
-        match *bytes {
-            [a, b, c, d] => self.put([a, b, c, d]),
-            _ => bytes.iter().try_for_each(|byte| self.try_push(*byte)),
-        }
-    }
-
-    fn finalize(self) -> postcard::Result<usize> {
-        Ok(self.len)
-    }
-}
-
-/// COBS in place: replaces each zero by the distance to the next one, and the last by
-/// the distance to the end; returns the distance from the byte before `plain` to the
-/// first. One pass from the end backwards, in which each distance is known when its
-/// place is reached.
-fn stuff(plain: &mut [u8]) -> u8 {
-    // A distance of 255 would stand for 254 bytes without a zero after them.
-    const { assert!(MAX <= 255, "a longer frame may need more codes than zeros") };
-    let mut distance = 1;
-    // Four at a time: most have no zero.
-    let (begin, words) = plain.as_rchunks_mut::<4>();
-    for word in words.iter_mut().rev() {
-        if has_zero(u32::from_le_bytes(*word)) {
-            distance = stuff_bytes(word, distance);
-        } else {
-            distance += 4;
-        }
-    }
-    stuff_bytes(begin, distance)
-}
-
-/// Whether one of the four bytes is zero: only below a zero byte, or in it, a subtraction
-/// of 1 from each borrows into a highest bit that was not set.
-const fn has_zero(word: u32) -> bool {
-    word.wrapping_sub(0x0101_0101) & !word & 0x8080_8080 != 0
-}
-
-/// [`stuff`] of a part, with the distance from behind it; returns that from before it.
-fn stuff_bytes(part: &mut [u8], mut distance: u8) -> u8 {
-    for byte in part.iter_mut().rev() {
-        if *byte == 0 {
-            *byte = distance;
-            distance = 1;
-        } else {
-            distance += 1;
-        }
-    }
-    distance
-}
-
-/// The reverse of [`stuff`], whose first code is the first byte of `frame`; no byte of
-/// it is zero. `None` if the last code does not lead to the end.
-fn unstuff(frame: &mut [u8]) -> Option<&[u8]> {
-    let mut at = 0;
-    while at < frame.len() {
-        // The first code is no byte of the message.
-        at += usize::from(core::mem::take(frame.get_mut(at)?));
-    }
-    frame.get(1..).filter(|_| at == frame.len())
 }
 
 /// Place of [`ToHost::Record`] among its variants; a test compares both.
@@ -325,7 +238,6 @@ impl Decoder {
 mod tests {
     use super::*;
     use crate::link::message::Command;
-    use proptest::collection::vec as vec_of;
     use proptest::prelude::*;
 
     fn decode<M: Message>(
@@ -366,29 +278,6 @@ mod tests {
             prop_assert!(got.iter().all(Result::is_err), "{:?}", got);
         }
 
-        /// Both ways agree with the implementation that others use.
-        #[test]
-        fn cobs_is_what_it_is_elsewhere(plain in vec_of(prop_oneof![Just(0), any::<u8>()], 1..MAX - 1)) {
-            let mut frame = vec![0; plain.len() + 1];
-            frame[1..].copy_from_slice(&plain);
-            frame[0] = stuff(&mut frame[1..]);
-            let mut theirs = [0; MAX];
-            let len = cobs::encode(&plain, &mut theirs);
-            prop_assert_eq!(&frame, &theirs[..len]);
-            prop_assert_eq!(unstuff(&mut frame), Some(plain.as_slice()));
-        }
-
-        /// What is no COBS, of any length, is damaged for both.
-        #[test]
-        fn garbage_is_garbage_elsewhere(mut frame in vec_of(1..=u8::MAX, 1..MAX)) {
-            let mut theirs = cobs::DecoderState::default();
-            frame.push(0);
-            let results: Vec<_> = frame.iter().map(|byte| theirs.feed(*byte)).collect();
-            frame.pop();
-            let plain = unstuff(&mut frame).map(<[u8]>::to_vec);
-            let ends = matches!(results.last(), Some(Ok(cobs::DecodeResult::DataComplete)));
-            prop_assert_eq!(plain.is_some(), ends);
-        }
     }
 
     #[test]
