@@ -56,16 +56,6 @@ impl Core {
         Ok(wait)
     }
 
-    /// Lowest address, and what the base becomes.
-    fn float_block(&self, n: Reg, before: bool, count: u8) -> (u32, u32) {
-        let (base, size) = (self.get(n), u32::from(count) * 4);
-        if before {
-            (base.wrapping_sub(size), base.wrapping_sub(size))
-        } else {
-            (base, base.wrapping_add(size))
-        }
-    }
-
     pub(super) fn float_load_multiple<M: Memory>(
         &mut self,
         memory: &mut M,
@@ -74,7 +64,7 @@ impl Core {
         before: bool,
         write_back: bool,
     ) -> Outcome {
-        let (mut address, base) = self.float_block(n, before, count);
+        let (mut address, base) = self.block(n, before, count.into());
         aligned(address, Width::Word)?;
         let mut values = [0; 32];
         for value in &mut values[..usize::from(count.min(32))] {
@@ -97,7 +87,7 @@ impl Core {
         before: bool,
         write_back: bool,
     ) -> Outcome {
-        let (mut address, base) = self.float_block(n, before, count);
+        let (mut address, base) = self.block(n, before, count.into());
         aligned(address, Width::Word)?;
         for register in d..d + count {
             let value = self.s[usize::from(register & 31)];

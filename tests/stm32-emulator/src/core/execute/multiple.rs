@@ -20,10 +20,9 @@ fn registers(list: u16) -> impl Iterator<Item = Reg> {
 }
 
 impl Core {
-    /// Lowest address, and what the base becomes.
-    fn block(&self, n: Reg, before: bool, list: u16) -> (u32, u32) {
-        let size = list.count_ones() * 4;
-        let base = self.get(n);
+    /// Lowest address of this many words at a base, and what the base becomes.
+    pub(super) fn block(&self, n: Reg, before: bool, words: u32) -> (u32, u32) {
+        let (base, size) = (self.get(n), 4 * words);
         if before {
             let start = base.wrapping_sub(size);
             (start, start)
@@ -40,7 +39,7 @@ impl Core {
         write_back: bool,
         list: u16,
     ) -> Outcome {
-        let (mut address, base) = self.block(n, before, list);
+        let (mut address, base) = self.block(n, before, list.count_ones());
         aligned(address, Width::Word)?;
         let mut values = [0; 16];
         for register in registers(list) {
@@ -67,7 +66,7 @@ impl Core {
         write_back: bool,
         list: u16,
     ) -> Outcome {
-        let (mut address, base) = self.block(n, before, list);
+        let (mut address, base) = self.block(n, before, list.count_ones());
         aligned(address, Width::Word)?;
         for register in registers(list) {
             self.store(memory, address, Width::Word, self.get(register))?;
