@@ -22,19 +22,21 @@
 //! # Bounds
 //!
 //! From the event to the last bit of the stop sequence at 1 Mbaud, in ms of the
-//! board's time. Those of the real board are computed, not measured.
+//! board's time. Those of the real board are computed, not measured on one; its image, executed
+//! on an emulated chip, takes 8.4 for the sequence and 2.3 for the boot.
 //!
 //! | event                         | emulated board    | real board              |
 //! |-------------------------------|-------------------|-------------------------|
-//! | panic, hard fault, overflow   | 8: sequence       | 12: sequence            |
-//! | the same, and ending fails    | 16: twice         | 27: sequence, boot, sequence |
-//! | the same, and locks up        | QEMU gives up     | 319: watchdog, boot, sequence |
-//! | hang: no good tick            | 170: watchdog, sequence | 319: watchdog, boot, sequence |
-//! | brown-out, reset pin          |                   | 18 from its end: chip, boot, sequence |
+//! | panic, hard fault, overflow   | 8: sequence       | 10: sequence            |
+//! | crystal lost, supply sags     |                   | 10: sequence            |
+//! | the same, and ending fails    | 16: twice         | 23: sequence, boot, sequence |
+//! | the same, and locks up        | QEMU gives up     | 317: watchdog, boot, sequence |
+//! | hang: no good tick            | 170: watchdog, sequence | 317: watchdog, boot, sequence |
+//! | brown-out, reset pin          |                   | 16 from its end: chip, boot, sequence |
 //!
 //! | part      | duration                                                     |
 //! |-----------|--------------------------------------------------------------|
-//! | sequence  | 7.1 ([`SEQUENCE_US`](crate::stop::SEQUENCE_US)) and the time of polling; on the real board up to 12, because its pauses are counted loops that last up to twice as long |
+//! | sequence  | 7.1 ([`SEQUENCE_US`](crate::stop::SEQUENCE_US)) and the time of polling; on the real board up to 10: its pauses are counted loops, of three to five cycles a turn |
 //! | watchdog  | 161.5 ([`WATCHDOG_US`]); on the real board 110 to 304, with its oscillator |
 //! | boot      | 3: 26 kB of variables are cleared and copied at 16 MHz       |
 //! | chip      | 3 until it releases its own reset (data sheet, section 5.3.5) |

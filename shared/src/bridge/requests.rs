@@ -127,8 +127,8 @@ impl<B: Bus> Bridge<'_, B> {
     }
 
     /// Stops in an emergency: the stop sequence begins when the exchange under way is over,
-    /// within a tick. A repeated stop of the host begins it again; a switch that is held, a crystal that
-    /// fails, or garbage that goes on, has the order repeated by the ticks.
+    /// within a tick. A repeated stop of the host begins it again; a switch that is held, a crystal
+    /// that fails, or garbage that goes on, has the order repeated by the ticks.
     pub fn emergency_stop(&mut self, source: StopSource) {
         let is_again = self.core.state() == State::Fault;
         self.trip(Violation::plain(Fault::EmergencyStop(source)));

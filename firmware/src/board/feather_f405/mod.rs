@@ -13,13 +13,13 @@
 //! | PC1  | D13     | red LED           | on the board                           |
 //! | PA11, PA12 | USB | link and port ([`usb`]) | on the board                      |
 //!
-//! The buffer is a 74HC126 with an inverter or a 74HC241, as in the servo's
-//! manual. While the processor is in reset all its pins float: the resistor at
+//! The buffer is a 74HCT126 with an inverter or a 74HCT241 at 5 V: HC, as in the servo's manual,
+//! asks for a higher level than a pin of 3.3 V gives. While the processor is in reset all its pins float: the resistor at
 //! PC6 then keeps the line free.
 //!
 //! | priority | handler                                                   |
 //! |----------|-----------------------------------------------------------|
-//! | 0        | the bus (USART3): some 35 instructions, four times in a tick of 1 ms |
+//! | 0        | the bus (USART3): some 35 instructions, four times in a tick of 1 ms; a supply that sags (PVD), which ends the program |
 //! | 1        | the tick (TIM5): three times in it                        |
 //! | 3        | USB (`OTG_FS`); embassy's timer (TIM2), for the LED         |
 //! | thread   | link, log over RTT, LED                                   |
@@ -52,8 +52,8 @@
 //!
 //! # Watchdog
 //!
-//! The independent [watchdog](crate::board::stm32::watchdog) runs from the first instructions
-//! on, with a long period for the boot. Then it is fed by the tick alone, at the end of each
+//! The independent [watchdog](crate::board::stm32::watchdog) runs from the end of the
+//! first stop sequence on, with a long period for the boot. Then it is fed by the tick alone, at the end of each
 //! good tick and of each step of bring-up. It cannot be stopped; a program halted by a debugger is
 //! reset by it. See [`WATCHDOG_US`](crate::crash::WATCHDOG_US).
 

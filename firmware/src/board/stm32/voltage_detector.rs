@@ -2,8 +2,8 @@
 //! send.
 //!
 //! Below 2.7 V the flash is too slow for the wait states that are set (reference manual, table
-//! 10), so that nothing the core reads can be trusted. The detector's highest threshold, 2.9 V
-//! (2.83 to 2.99, data sheet, embedded reset and power control block), is before that. Its
+//! 10), so that nothing the core reads can be trusted. The detector's highest threshold,
+//! nominally 2.9 V (section 5.4.1, PLS), is before that. Its
 //! interrupt ends the program: supply of the servos off, stop sequence, reset.
 //!
 //! The option bytes, which hold the level of brown-out reset, are left as they are: as the
@@ -12,7 +12,7 @@
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::{EXTI, PWR, RCC};
 
-/// Threshold of 2.9 V.
+/// Threshold of nominally 2.9 V.
 const THRESHOLD: u8 = 7;
 /// Line of the detector at the external interrupt controller (section 12.2.5).
 const LINE: usize = 16;

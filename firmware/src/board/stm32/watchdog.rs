@@ -1,7 +1,7 @@
 //! The independent watchdog (reference manual, section 21): it counts on an oscillator of its
 //! own, nominally 32 kHz and 17 to 47 kHz in fact, and nothing stops it once it is started.
 //!
-//! It runs from the first instructions on: [`BOOT_US`] bounds the boot, which may wait for a
+//! It runs from the end of the first stop sequence on: [`BOOT_US`] bounds the boot, which may wait for a
 //! crystal and erase two sectors of flash; the bridge then has
 //! [`WATCHDOG_US`](crate::crash::WATCHDOG_US).
 
