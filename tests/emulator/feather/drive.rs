@@ -17,7 +17,7 @@ use armbridge_tests::tapped_bench::{ScriptedHost, assert_all_equal, replay};
 use super::us;
 
 /// Instructions of an armed millisecond, all interrupts, telemetry and USB included.
-const ARMED_MAX: u64 = 12_000;
+const ARMED_MAX: u64 = 11_000;
 /// Longest time from the end of the last stop bit until the direction pin is low.
 const RELEASE_MAX: Time = us(2);
 
