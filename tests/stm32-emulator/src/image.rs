@@ -47,12 +47,6 @@ impl Image {
         Ok(Self { segments, symbols })
     }
 
-    /// Address of the symbol with this name.
-    pub fn symbol(&self, name: &str) -> Option<u32> {
-        let found = self.symbols.iter().find(|symbol| symbol.name == name);
-        found.map(|symbol| symbol.address)
-    }
-
     /// Address of the first function whose mangled name contains this.
     pub fn symbol_with(&self, part: &str) -> Option<u32> {
         let mut functions = self.symbols.iter().filter(|symbol| symbol.is_function);

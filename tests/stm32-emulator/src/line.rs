@@ -17,19 +17,3 @@ pub trait Line {
     /// Time of the next event.
     fn next(&self) -> Time;
 }
-
-/// A bus to which nothing is connected.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct NoServos;
-
-impl Line for NoServos {
-    fn send(&mut self, _byte: Sent) {}
-
-    fn set_baud(&mut self, _baud: u32) {}
-
-    fn advance(&mut self, _now: Time, _received: &mut Vec<Received>) {}
-
-    fn next(&self) -> Time {
-        Time::NEVER
-    }
-}

@@ -81,8 +81,6 @@ pub struct Flash {
     instructions: Cache,
     data: Cache,
     data_line: u32,
-    /// Cycles that the core waited.
-    stalls: u64,
     erased: Vec<u32>,
     /// Content changed since it was last asked.
     is_changed: bool,
@@ -110,7 +108,6 @@ impl Flash {
             instructions: Cache::default(),
             data: Cache::default(),
             data_line: NONE,
-            stalls: 0,
             erased: Vec::new(),
             is_changed: true,
         }
@@ -119,12 +116,11 @@ impl Flash {
     /// Registers as after a reset; contents and option bytes stay.
     pub fn reset(&mut self) {
         let bytes = std::mem::take(&mut self.bytes);
-        let (options, stalls) = (self.options, self.stalls);
+        let options = self.options;
         let erased = std::mem::take(&mut self.erased);
         *self = Self {
             bytes,
             options,
-            stalls,
             erased,
             ..Self::new(0)
         };
@@ -154,16 +150,6 @@ impl Flash {
     /// Access control register: wait states and accelerator.
     pub fn access_control(&self) -> u32 {
         self.access
-    }
-
-    /// Option bytes.
-    pub fn options(&self) -> u32 {
-        self.options
-    }
-
-    /// Cycles for which the core has waited for flash.
-    pub fn stalls(&self) -> u64 {
-        self.stalls
     }
 
     /// End of the operation in progress.
@@ -201,7 +187,6 @@ impl Flash {
             self.next_line = line + 1;
             self.prefetched = now + stall + read;
         }
-        self.stalls += stall;
         stall
     }
 
@@ -217,9 +202,7 @@ impl Flash {
         } else {
             std::mem::replace(&mut self.data_line, line) == line
         };
-        let stall = if is_there { 0 } else { self.wait_states() };
-        self.stalls += stall;
-        stall
+        if is_there { 0 } else { self.wait_states() }
     }
 
     /// Reads a register of the interface.

@@ -15,11 +15,9 @@
 //! | [`dma`]   | DMA streams                                                  |
 //! | [`iwdg`]  | independent watchdog                                         |
 //! | [`otg`]   | USB OTG FS, the device's side                                |
-//! | [`crc`]   | CRC unit                                                     |
 //! | [`pwr`]   | supply: voltage detector, over-drive                         |
 //! | [`exti`]  | external interrupts, of which one is the voltage detector's  |
 
-pub mod crc;
 pub mod dma;
 pub mod exti;
 pub mod flash;

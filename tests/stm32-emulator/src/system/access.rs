@@ -82,7 +82,6 @@ impl<L: Line> System<L> {
             Block::Usart(index) => self.usarts[index].read(now, offset),
             Block::Gpio(port) => self.gpio.read(port, offset),
             Block::Dma(index) => self.dma[index].read(offset),
-            Block::Crc => self.crc.read(offset),
             Block::Rcc => self.rcc.read(now, offset),
             Block::Flash => self.flash.read(now, offset),
             Block::Pwr => self.pwr.read(offset, self.supply_mv),
@@ -116,7 +115,6 @@ impl<L: Line> System<L> {
             Block::Usart(index) => self.usarts[index].write(now, offset, value),
             Block::Gpio(port) => self.gpio.write(now, port, offset, value),
             Block::Dma(index) => self.dma[index].write(offset, value),
-            Block::Crc => self.crc.write(offset, value),
             Block::Rcc => {
                 let done = self.rcc.write(now, offset, value);
                 self.update_clocks();

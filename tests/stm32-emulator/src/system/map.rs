@@ -15,8 +15,6 @@ pub enum Block {
     Gpio(usize),
     /// DMA1 and DMA2, from 0.
     Dma(usize),
-    /// CRC unit.
-    Crc,
     /// Clocks.
     Rcc,
     /// Interface of the flash.
@@ -63,7 +61,6 @@ const BLOCKS: &[(u32, u32, Block, Option<Gate>)] = &[
     (0x4002_1800, 0x400, Block::Gpio(6), gate(AHB1, 6)),
     (0x4002_1C00, 0x400, Block::Gpio(7), gate(AHB1, 7)),
     (0x4002_2000, 0x400, Block::Gpio(8), gate(AHB1, 8)),
-    (0x4002_3000, 0x400, Block::Crc, gate(AHB1, 12)),
     (0x4002_3800, 0x400, Block::Rcc, None),
     (0x4002_3C00, 0x400, Block::Flash, None),
     (0x4002_6000, 0x400, Block::Dma(0), gate(AHB1, 21)),

@@ -14,7 +14,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::chip::Board;
 use crate::line::Line;
-use crate::peripherals::crc::Crc;
 use crate::peripherals::dma::Dma;
 use crate::peripherals::exti::Exti;
 use crate::peripherals::flash::Flash;
@@ -75,7 +74,6 @@ pub struct System<L> {
     usarts: [Usart; 6],
     timers: [Timer; 4],
     dma: [Dma; 2],
-    crc: Crc,
     pwr: Pwr,
     exti: Exti,
     /// Registers that are only stored: DBGMCU, SYSCFG.
@@ -113,7 +111,6 @@ impl<L: Line> System<L> {
             usarts: Default::default(),
             timers: timers(),
             dma: Default::default(),
-            crc: Crc::default(),
             pwr: Pwr::default(),
             exti: Exti::default(),
             stored: BTreeMap::new(),
@@ -147,7 +144,6 @@ impl<L: Line> System<L> {
         self.usarts = std::array::from_fn(|index| completed(&self.usarts[index]));
         self.timers = timers();
         self.dma = Default::default();
-        self.crc = Crc::default();
         self.pwr = Pwr::default();
         self.exti = Exti::default();
         self.stored.clear();

@@ -139,11 +139,6 @@ impl Otg {
         self.is_wired && self.device_control & DCTL_SDIS == 0 && self.phy & GCCFG_PWRDWN != 0
     }
 
-    /// The device's address.
-    pub fn address(&self) -> u8 {
-        (self.device >> 4 & 0x7F) as u8
-    }
-
     /// Packets for which the receive FIFO had no room.
     pub fn refused(&self) -> u32 {
         self.refused
