@@ -1,18 +1,24 @@
-//! Lays out the image for the board of this build. The memory map is
+//! Lays out the image for the board of this build, by its row in `boards.rs`. The memory map is
 //! `memory.x` at the root of the project.
 
 use std::{env, error::Error, fs, path::PathBuf};
 
+#[expect(unreachable_pub, reason = "the gate's library has it too")]
+mod boards;
+use boards::{BOARDS, BoardRow};
+
 fn main() -> Result<(), Box<dyn Error>> {
-    let has = |feature| env::var_os(feature).is_some();
-    let emulated = has("CARGO_FEATURE_MPS2_AN386");
-    let real = has("CARGO_FEATURE_FEATHER_F405");
-    if emulated && real {
-        return Err("choose one board: their memory maps differ".into());
-    }
-    if !emulated && !real {
+    let is_chosen = |board: &&BoardRow| {
+        let feature = board.name.to_uppercase().replace('-', "_");
+        env::var_os(format!("CARGO_FEATURE_{feature}")).is_some()
+    };
+    let mut chosen = BOARDS.iter().filter(is_chosen);
+    let Some(board) = chosen.next() else {
         // The library alone, on the host.
         return Ok(());
+    };
+    if let Some(other) = chosen.next() {
+        return Err(format!("choose one board: {} or {}", board.name, other.name).into());
     }
     let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?).join("..");
     // With these, cargo's list of the image's sources is complete: `emulate:` compares it
@@ -25,12 +31,15 @@ fn main() -> Result<(), Box<dyn Error>> {
         "../shared/Cargo.toml",
         "Cargo.toml",
         "build.rs",
+        "boards.rs",
     ] {
         println!("cargo:rerun-if-changed={path}");
     }
     println!("cargo:rustc-link-search={}", root.display());
-    if emulated {
-        println!("cargo:rustc-link-arg-bins=--defsym=_flash_origin=0");
+    let (origin, kib) = (board.flash_origin, board.program_kib);
+    println!("cargo:rustc-link-arg-bins=--defsym=_flash_origin={origin}");
+    println!("cargo:rustc-link-arg-bins=--defsym=_flash_length={kib}K");
+    if board.chip.is_none() {
         // cortex-m-rt asks for weak names of the interrupt handlers here; the
         // emulated board's vectors name theirs directly.
         let out = PathBuf::from(env::var("OUT_DIR")?);

@@ -4,8 +4,8 @@
 //! `cargo test -p armbridge-tests --test emulator` runs nothing.
 
 mod agreement;
+mod board_image;
 mod faults;
-mod feather;
 mod gateway;
 mod instructions;
 mod replay;

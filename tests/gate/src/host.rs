@@ -25,7 +25,7 @@ pub(crate) fn tests(out: &Output) -> Result<(), String> {
 }
 
 /// Tests that execute the image of a board.
-const BOARD_IMAGE: &str = "binary(emulator) & test(/^feather::/)";
+const BOARD_IMAGE: &str = "binary(emulator) & test(/^board_image::/)";
 
 /// Runs the board's image on the emulated chip: a step of its own, for its time.
 pub(crate) fn board_image(out: &Output) -> Result<(), String> {

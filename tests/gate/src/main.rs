@@ -13,6 +13,7 @@
 mod first_build;
 mod fuzz;
 mod host;
+mod images;
 mod lanes;
 mod miri;
 mod mutations;

@@ -1,7 +1,7 @@
 //! Steps of the gate and of the campaign, in order of their cost within each lane.
 
 use crate::output::Output;
-use crate::{fuzz, host, miri, mutations, no_panic, setup};
+use crate::{fuzz, host, images, miri, mutations, no_panic, setup};
 
 /// A step that must pass.
 #[derive(Clone, Copy)]
@@ -138,7 +138,7 @@ pub(crate) const GATE: &[Step] = &[
         step(
             Lane::Host,
             "board-image",
-            "the board's own image, executed on an emulated chip from reset on",
+            "the boards' own images, executed on emulated chips from reset on",
             Work::Do(host::board_image),
         ),
     ),
@@ -168,26 +168,18 @@ pub(crate) const GATE: &[Step] = &[
     ),
     after(
         &["rust"],
-        board_lines(
+        step(
+            Lane::Board,
             "build-images",
-            "the images of the emulator and of the board build",
-            &["build-emulator", "build-instructions", "build-board"],
+            "the images of all boards build",
+            Work::Do(images::build),
         ),
     ),
-    board_lines(
+    step(
+        Lane::Board,
         "lint-images",
         "no warnings in the images, nor in shared code by itself without the standard library",
-        &[
-            "clippy --profile firmware --package armbridge-firmware --target \
-             thumbv7em-none-eabihf --features mps2-an386 --bin mps2-an386 --bin instructions \
-             -- -D warnings",
-            "clippy --profile firmware --package armbridge-firmware --target \
-             thumbv7em-none-eabihf --features feather-f405 --bin feather-f405 -- -D warnings",
-            "clippy --profile firmware --package armbridge-firmware --target \
-             thumbv7em-none-eabihf --features no-panic --bin no-panic -- -D warnings",
-            "clippy --profile firmware --package armbridge-shared --target \
-             thumbv7em-none-eabihf -- -D warnings",
-        ],
+        Work::Do(images::lint),
     ),
     board_lines(
         "windows",

@@ -1,6 +1,7 @@
 //! Chips and boards: what the emulator has to know of either.
 
 use crate::peripherals::gpio::Pin;
+use crate::peripherals::rcc::Crystal;
 
 /// A chip.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +30,16 @@ impl Chip {
         id_code: 0x1007_6413,
         otg_id: 0x1200,
     };
+
+    /// STM32F446ZE (RM0390).
+    pub const F446: Self = Self {
+        flash: 512 * 1_024,
+        sram: 128 * 1_024,
+        ccm: 0,
+        interrupts: 97,
+        id_code: 0x1000_6421,
+        otg_id: 0x2000,
+    };
 }
 
 /// The USART that drives the bus, by its number.
@@ -40,8 +51,8 @@ pub struct Port(pub usize);
 pub struct Board {
     /// Its chip.
     pub chip: Chip,
-    /// Its crystal in Hz.
-    pub crystal_hz: u32,
+    /// Its crystal.
+    pub crystal: Crystal,
     /// The servo bus.
     pub bus: Port,
     /// Enables of the bus's buffers, high to send.
@@ -56,10 +67,26 @@ impl Board {
     /// Adafruit Feather STM32F405 Express, wired as the firmware's module says.
     pub const FEATHER_F405: Self = Self {
         chip: Chip::F405,
-        crystal_hz: 12_000_000,
+        crystal: Crystal {
+            hz: 12_000_000,
+            is_external: false,
+        },
         bus: Port(3),
         direction: Pin::new('C', 6),
         stop: Pin::new('B', 8),
         supply: Pin::new('C', 3),
+    };
+
+    /// Nucleo-F446ZE, wired as the firmware's module says.
+    pub const NUCLEO_F446ZE: Self = Self {
+        chip: Chip::F446,
+        crystal: Crystal {
+            hz: 8_000_000,
+            is_external: true,
+        },
+        bus: Port(6),
+        direction: Pin::new('F', 15),
+        stop: Pin::new('D', 15),
+        supply: Pin::new('A', 7),
     };
 }

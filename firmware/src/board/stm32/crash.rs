@@ -1,9 +1,9 @@
 //! Crash handling of the chip: reset cause, watchdog, reset.
 
-use super::bus::{self, Usart3};
-use super::supply::SupplyPin;
-use crate::board::stm32::polled_bus::PolledBus;
-use crate::board::stm32::watchdog;
+use super::polled_bus::PolledBus;
+use super::wiring::Wiring;
+use super::{bus, watchdog};
+use crate::board::Chosen;
 use armbridge_shared::link::message::End;
 use cortex_m::peripheral::SCB;
 use embassy_stm32::interrupt;
@@ -44,11 +44,11 @@ fn PVD() {
 
 /// Switches the servos' supply off, from any state.
 pub(crate) fn cut_supply() {
-    SupplyPin::take();
+    Chosen::SUPPLY.make_output(false);
 }
 
 /// The servo bus for polling, from any state.
-pub(crate) fn polled_bus() -> PolledBus<Usart3> {
+pub(crate) fn polled_bus() -> PolledBus<Chosen> {
     bus::polled()
 }
 
@@ -56,7 +56,7 @@ pub(crate) fn polled_bus() -> PolledBus<Usart3> {
 /// otherwise persist.
 ///
 /// Power-up sets the flags of brown-out too. A supply that sags to 2.9 V has ended the program
-/// before ([`voltage_detector`](crate::board::stm32::voltage_detector)), and its record says
+/// before ([`voltage_detector`](super::voltage_detector)), and its record says
 /// so. A supply that falls faster resets at about 1.7 V: brown-out reset is off as the chip
 /// comes. That sets the same flags as power-up, and memory that is still in order
 /// distinguishes the two.

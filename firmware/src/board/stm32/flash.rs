@@ -1,9 +1,8 @@
-//! Settings memory: the last two sectors of the chip's flash.
+//! Settings memory: the two sectors of the chip's flash that follow the program's.
 //!
-//! Section 3.3 of the reference manual: sectors 10 and 11, of 128 kB each, begin at
-//! `0x080C_0000`. `memory.x` keeps the program out of them. Words of 32 bits are
-//! programmed at once, which needs 2.7 V at least (section 3.6.2); the board has
-//! 3.3 V.
+//! They are of 128 kB each (section 3.3), and `memory.x` says where: in a chip of 1 MB sectors 10
+//! and 11, in one of 512 kB sectors 6 and 7. Words of 32 bits are programmed at once, which
+//! needs 2.7 V at least (section 3.6.2); boards have 3.3 V.
 //!
 //! While a sector is erased or a word programmed, a core that fetches from flash waits,
 //! interrupt handlers included: 1 to 2 s and 16 µs (data sheet, flash memory
@@ -22,11 +21,17 @@ use embedded_storage::nor_flash::{
     check_write,
 };
 
-/// Offset of sector 10 from the beginning of the flash.
-const OFFSET: u32 = 768 * 1_024;
 /// Length of both sectors.
 const LEN: usize = 256 * 1_024;
 const _: () = assert!(MAX_ERASE_SIZE == LEN / 2);
+
+/// Offset of the first of them from the beginning of the flash.
+fn first() -> u32 {
+    unsafe extern "C" {
+        static _settings_offset: u8;
+    }
+    (&raw const _settings_offset).addr() as u32
+}
 
 /// Enables prefetch, and the caches of instructions and data, empty.
 pub fn accelerate() {
@@ -55,7 +60,7 @@ fn flush() {
     });
 }
 
-/// Sectors 10 and 11.
+/// The two sectors.
 pub struct Sectors(Flash<'static, Blocking>);
 
 impl Sectors {
@@ -74,7 +79,7 @@ impl ReadNorFlash for Sectors {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
         check_read(self, offset, bytes.len())?;
-        let result = self.0.blocking_read(OFFSET + offset, bytes);
+        let result = self.0.blocking_read(first() + offset, bytes);
         result.map_err(|error| error.kind())
     }
 
@@ -89,14 +94,14 @@ impl NorFlash for Sectors {
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
         check_erase(self, from, to)?;
-        let result = self.0.blocking_erase(OFFSET + from, OFFSET + to);
+        let result = self.0.blocking_erase(first() + from, first() + to);
         flush();
         result.map_err(|error| error.kind())
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
         check_write(self, offset, bytes.len())?;
-        let result = self.0.blocking_write(OFFSET + offset, bytes);
+        let result = self.0.blocking_write(first() + offset, bytes);
         result.map_err(|error| error.kind())
     }
 }

@@ -31,13 +31,13 @@
 //! takes no byte from the stream: it waits until that has emptied the register.
 
 use super::clock::Clock;
+use super::polled_bus::set_divider;
+use super::wiring::Wiring;
+use crate::crash::memory;
 use armbridge_shared::servo::bus::{Bus, LineAfter, Received, SEND_MAX, Transmission};
 use core::marker::PhantomData;
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 use embassy_stm32::pac::dma::vals::{Dir, Pl};
-use embassy_stm32::pac::dma::{self, Dma};
-use embassy_stm32::pac::gpio::Gpio;
-use embassy_stm32::pac::usart::Usart;
 use embassy_stm32::pac::usart::regs::{Cr1, Cr3Usart, Sr};
 use embedded_hal_nb::serial::ErrorKind;
 
@@ -55,74 +55,6 @@ const DAMAGED: u32 = 2;
 /// Error to be reported: flag, kind, and the ends of the damaged bytes in the ring.
 const HAS_ERROR: u32 = 1 << 31;
 const IS_OVERRUN: u32 = 1 << 30;
-
-/// A DMA stream and the number of its channel to the USART.
-#[derive(Clone, Copy)]
-pub struct Stream {
-    /// DMA controller.
-    pub dma: Dma,
-    /// Number of the stream.
-    pub number: usize,
-    /// Channel, from the table of requests (section 10.3.3).
-    pub channel: u8,
-}
-
-impl Stream {
-    fn registers(&self) -> dma::St {
-        self.dma.st(self.number)
-    }
-
-    /// Stops the stream.
-    fn stop(&self) {
-        self.registers().cr().write(|_| {});
-    }
-
-    /// Clears the flags, without which a stream cannot be started (section 10.3.17).
-    fn clear(&self) {
-        let bit = self.number % 4;
-        self.dma.ifcr(self.number / 4).write(|w| {
-            w.set_tcif(bit, true);
-            w.set_htif(bit, true);
-            w.set_teif(bit, true);
-            w.set_dmeif(bit, true);
-            w.set_feif(bit, true);
-        });
-    }
-}
-
-/// Peripherals and pins of a bus, as constants: addresses are part of the instructions.
-pub trait Wiring: Send + Sync + 'static {
-    /// The USART.
-    const USART: Usart;
-    /// Stream of received bytes.
-    const RX: Stream;
-    /// Stream of bytes to send.
-    const TX: Stream;
-    /// Port and number of the direction pin, high to send.
-    const DIRECTION: (Gpio, usize);
-
-    /// Sets the speed, at the clocks in force.
-    fn set_baud(baud: u32);
-
-    /// Drives the line or releases it.
-    fn drive(on: bool) {
-        let (port, pin) = Self::DIRECTION;
-        port.bsrr().write(|w| {
-            if on {
-                w.set_bs(pin, true);
-            } else {
-                w.set_br(pin, true);
-            }
-        });
-    }
-
-    /// Stops both streams, for a port that is polled.
-    fn stop_dma() {
-        Self::RX.stop();
-        Self::TX.stop();
-        Self::USART.cr3().write(|_| {});
-    }
-}
 
 /// CR1 while nothing is sent: 8N1, with the interrupt of an idle line.
 fn cr1(is_sending: bool) -> Cr1 {
@@ -203,7 +135,7 @@ impl<W: Wiring> HalfDuplex<W> {
         if status.tc() && self.is_sending.load(Ordering::Relaxed) {
             if W::TX.registers().ndtr().read().ndt() == 0 {
                 if self.releases.load(Ordering::Relaxed) {
-                    W::drive(false);
+                    W::DIRECTION.set(false);
                 }
                 usart.cr1().write_value(cr1(false));
                 self.is_sending.store(false, Ordering::Relaxed);
@@ -273,7 +205,7 @@ impl<W: Wiring> HalfDuplex<W> {
     }
 
     fn send(&self, bytes: &[u8], after: LineAfter) {
-        W::drive(true);
+        W::DIRECTION.set(true);
         let mut count = 0;
         for (cell, byte) in self.tx.iter().zip(bytes) {
             cell.store(*byte, Ordering::Relaxed);
@@ -332,8 +264,10 @@ impl<W: Wiring> HalfDuplexBus<W> {
 impl<W: Wiring> Bus for HalfDuplexBus<W> {
     const RELEASES_BY_ITSELF: bool = true;
 
+    /// Keeps it for the stop sequence after a reset, too.
     fn set_baud(&mut self, baud: u32) {
-        W::set_baud(baud);
+        memory::set_baud(baud);
+        set_divider(W::USART, W::USART_MHZ, baud);
     }
 
     fn send(&mut self, bytes: &[u8], after: LineAfter) {
@@ -354,7 +288,7 @@ impl<W: Wiring> Bus for HalfDuplexBus<W> {
     }
 
     fn release(&mut self) {
-        W::drive(false);
+        W::DIRECTION.set(false);
     }
 
     fn received(&mut self) -> Received<'_> {

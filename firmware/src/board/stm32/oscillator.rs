@@ -5,10 +5,13 @@
 //! source): enough for the stop sequence, not for USB and the period. A board whose crystal
 //! does not start boots on it all the same, says so, and does not drive.
 //!
+//! What is said of a crystal is so of a clock from outside too.
+//!
 //! Once it has started, the clock security system watches it (reference manual, section
 //! 7.2.7). If it stops, the chip is back on its internal oscillator, and a non-maskable
 //! interrupt ends the program.
 
+use super::wiring::Crystal;
 use embassy_stm32::pac::RCC;
 use embassy_stm32::pac::rcc::regs::Cfgr;
 use embassy_stm32::pac::rcc::vals::Sw;
@@ -16,9 +19,6 @@ use embassy_stm32::pac::rcc::vals::Sw;
 /// Polls that a crystal has to start: at 16 MHz and some ten cycles each 60 ms; 2 ms are
 /// typical (data sheet, HSE oscillator).
 const START_POLLS: u32 = 100_000;
-
-/// The internal oscillator in MHz.
-pub const INTERNAL_MHZ: u32 = 16;
 /// Polls that a switch of the clock may take; a few cycles do.
 const SWITCH_POLLS: u32 = 1_000;
 
@@ -33,7 +33,9 @@ pub fn fall_back() {
 }
 
 /// Starts the crystal; false if it does not start.
-pub fn start() -> bool {
+pub fn start(crystal: Crystal) -> bool {
+    RCC.cr()
+        .modify(|w| w.set_hsebyp(crystal == Crystal::External));
     RCC.cr().modify(|w| w.set_hseon(true));
     let has_started = (0..START_POLLS).any(|_| RCC.cr().read().hserdy());
     if !has_started {

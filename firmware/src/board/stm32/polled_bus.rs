@@ -5,8 +5,8 @@
 //!
 //! [`fall_back`]: super::oscillator::fall_back
 
-use super::half_duplex::Wiring;
-use super::oscillator::INTERNAL_MHZ;
+use super::clock_tree::INTERNAL_MHZ;
+use super::wiring::Wiring;
 use crate::stop::PolledUart;
 use armbridge_shared::servo::port::bytes_us;
 use core::marker::PhantomData;
@@ -85,7 +85,7 @@ impl<W: Wiring> PolledUart for PolledBus<W> {
     }
 
     fn drive(&mut self, on: bool) {
-        W::drive(on);
+        W::DIRECTION.set(on);
     }
 
     fn send(&mut self, byte: u8) {

@@ -1,24 +1,18 @@
-//! Firmware for the Adafruit Feather STM32F405 Express. See
-//! [`armbridge_firmware::board`] for pins, priorities, stop and watchdog.
-//! Built, not run on hardware.
-#![no_std]
-#![no_main]
+//! The program of a board with an STM32F4: stop sequence, clocks, settings, bus, tick, USB.
 
-use armbridge_firmware::board::feather_f405::crash::reset_cause;
-use armbridge_firmware::board::feather_f405::flash::{self, Sectors};
-use armbridge_firmware::board::feather_f405::supply::SupplyPin;
-use armbridge_firmware::board::feather_f405::time::{self, Board};
-use armbridge_firmware::board::feather_f405::usb::{
-    Changes, FromSerial, FromUsb, Ports, ToSerial, ToUsb,
-};
-use armbridge_firmware::board::feather_f405::{bus, config, usb};
-use armbridge_firmware::board::stm32::{oscillator, voltage_detector, watchdog};
-use armbridge_firmware::crash::{self, WATCHDOG_US, memory};
-use armbridge_firmware::image_crc;
-use armbridge_firmware::settings;
-use armbridge_firmware::stack;
-use armbridge_firmware::stack_guard;
-use armbridge_firmware::tasks::{self, RealTimeLoop, Signals};
+use super::crash::reset_cause;
+use super::flash::{self, Sectors};
+use super::time::{self, Board};
+use super::usb::{Changes, FromSerial, FromUsb, Ports, ToSerial, ToUsb};
+use super::wiring::Wiring;
+use super::{bus, clock_tree, oscillator, usb, voltage_detector, watchdog};
+use crate::board::Chosen;
+use crate::crash::{self, WATCHDOG_US, memory};
+use crate::image_crc;
+use crate::settings;
+use crate::stack;
+use crate::stack_guard;
+use crate::tasks::{self, RealTimeLoop, Signals};
 use armbridge_shared::bridge::gateway::PortEnd;
 use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkPort};
 use armbridge_shared::link::message::{BoardReport, Mode, Settings};
@@ -26,7 +20,6 @@ use armbridge_shared::store::Store;
 use defmt_rtt as _;
 use embassy_executor::{Executor, Spawner};
 use embassy_futures::select::{Either, select};
-use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_time::Timer;
 use embassy_usb::UsbDevice;
@@ -44,8 +37,8 @@ type BoardBridge = Bridge<'static, bus::Line>;
 
 defmt::timestamp!("{=u64:us}", time::now_us());
 
-#[cortex_m_rt::entry]
-fn main() -> ! {
+/// Runs the program; call it first after reset.
+pub fn run() -> ! {
     crash::stop_first();
     stack::paint();
     THREAD.init(Executor::new()).run(start)
@@ -55,7 +48,7 @@ fn main() -> ! {
 /// the frame of an inlined function is on the stack as long as the program runs.
 ///
 /// # Panics
-/// Never: `main` calls it once, so that each cell is still full or empty as it must be
+/// Never: [`run`] calls it once, so that each cell is still full or empty as it must be
 /// and each task has its place. It takes nothing from bus or link, and motors are off;
 /// `bin/no-panic.rs` shows that nothing from outside leads to a panic later.
 /// On a panic the handler stops the motors and resets.
@@ -64,8 +57,8 @@ fn start(thread: Spawner) {
     let report = memory::begin(reset_cause());
 
     watchdog::start(watchdog::BOOT_US);
-    let has_crystal = oscillator::start();
-    let chip = embassy_stm32::init(config(has_crystal));
+    let has_crystal = oscillator::start(Chosen::CRYSTAL);
+    let chip = embassy_stm32::init(clock_tree::config::<Chosen>(has_crystal));
     flash::accelerate();
     voltage_detector::enable();
     if has_crystal {
@@ -78,7 +71,11 @@ fn start(thread: Spawner) {
         core.DCB.enable_trace();
         core.DWT.enable_cycle_counter();
     }
-    defmt::info!("feather-f405, version {=str}", env!("CARGO_PKG_VERSION"));
+    defmt::info!(
+        "{=str}, version {=str}",
+        Chosen::NAME,
+        env!("CARGO_PKG_VERSION")
+    );
     memory::log(&report);
     if !has_crystal {
         defmt::error!("the crystal does not oscillate: no motor is driven");
@@ -98,10 +95,11 @@ fn start(thread: Spawner) {
 
     watchdog::start(WATCHDOG_US);
     let (tick_end, link_end, client_end) = CHANNELS.take().split();
-    let board = Board::new(has_crystal, Input::new(chip.PB8, Pull::Up));
+    let board = Board::new(has_crystal);
     let watch = tick_end.watch();
     let bridge = build(bus, tick_end, &settings);
-    let supply = SupplyPin::take();
+    let supply = Chosen::SUPPLY;
+    supply.make_output(false);
     time::start_tick(RealTimeLoop::new(bridge, watch, board, supply, &SIGNALS));
 
     let Ports {
@@ -112,12 +110,12 @@ fn start(thread: Spawner) {
         to_client,
         changes,
     } = usb::start(chip.USB_OTG_FS, chip.PA12, chip.PA11);
-    let light = Output::new(chip.PC1, Level::Low, Speed::Low);
+    Chosen::LIGHT.make_output(false);
     let port = PORT.init_with(|| LinkPort::new(link_end, report, settings));
     thread.spawn(run_usb(device).expect("spawned once"));
     thread.spawn(serve_link(port, from_host, to_host, store).expect("spawned once"));
     thread.spawn(serve_client(client_end, from_client, to_client, changes).expect("spawned once"));
-    thread.spawn(show_mode(light).expect("spawned once"));
+    thread.spawn(show_mode().expect("spawned once"));
 }
 
 /// Builds the bridge in its static cell. Not inlined: a copy is on the stack until it
@@ -172,8 +170,9 @@ async fn serve_client(
 /// Logs the mode and shows it by a light: it blinks fast during the search, slowly when
 /// idle or when the bus is lent, in between after a fault; it is steady with torque on.
 #[embassy_executor::task]
-async fn show_mode(mut light: Output<'static>) -> ! {
+async fn show_mode() -> ! {
     let mut mode = Mode::Boot;
+    let mut is_lit = false;
     loop {
         let half_period_ms = match mode {
             Mode::Boot => 50,
@@ -185,11 +184,8 @@ async fn show_mode(mut light: Output<'static>) -> ! {
             | Mode::Running(_)
             | Mode::Degraded(_) => 500,
         };
-        if mode.is_armed() {
-            light.set_high();
-        } else {
-            light.toggle();
-        }
+        is_lit = mode.is_armed() || !is_lit;
+        Chosen::LIGHT.set(is_lit);
         match select(SIGNALS.mode.wait(), Timer::after_millis(half_period_ms)).await {
             Either::First(new) => {
                 mode = new;

@@ -4,16 +4,16 @@
 //! TIM5 is for the tick alone; tasks in thread mode wait with embassy's timers, on TIM2. What
 //! else starts the tick, the bus and a client, makes TIM5's interrupt pending.
 
-use super::bus;
-use super::supply::SupplyPin;
-use super::{CORE_MHZ, PCLK1_MHZ};
-use crate::board::stm32::clock::Clock;
-use crate::board::stm32::watchdog;
+use super::clock::Clock;
+use super::clock_tree::{CORE_MHZ, PCLK1_MHZ};
+use super::pin::Pin;
+use super::wiring::Wiring;
+use super::{bus, watchdog};
+use crate::board::Chosen;
 use crate::handler_cell::HandlerCell;
 use crate::tasks::{RealTime, RealTimeLoop};
 use armbridge_shared::link::message::StopSource;
 use cortex_m::peripheral::DWT;
-use embassy_stm32::gpio::Input;
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::{RCC, TIM5};
 
@@ -21,12 +21,12 @@ use embassy_stm32::pac::{RCC, TIM5};
 pub const STOP_LOOK_US: u32 = 1_000;
 
 /// The tick of this board.
-pub type Tick = RealTimeLoop<'static, bus::Line, Board, SupplyPin>;
+pub type Tick = RealTimeLoop<'static, bus::Line, Board, Pin>;
 
 static CLOCK: Clock = Clock::new(TIM5);
 static TICK: HandlerCell<Tick> = HandlerCell::new();
 
-/// Starts the clock, at the clocks of [`super::config`].
+/// Starts the clock, at the clocks of [`super::clock_tree`].
 pub fn start() {
     RCC.apb1enr().modify(|w| w.set_tim5en(true));
     // Reading back makes sure that the clock is on (section 7.2.13).
@@ -75,17 +75,15 @@ fn TIM5() {
 
 /// The board for the real-time loop.
 pub struct Board {
-    stop: Input<'static>,
     has_crystal: bool,
     begun: u32,
 }
 
 impl Board {
-    /// A board whose watchdog is running, and its cycle counter too. `stop` is
-    /// the emergency stop's input, pulled up.
-    pub fn new(has_crystal: bool, stop: Input<'static>) -> Self {
+    /// A board whose watchdog is running, and its cycle counter too.
+    pub fn new(has_crystal: bool) -> Self {
+        Chosen::STOP.make_pulled_up();
         Self {
-            stop,
             has_crystal,
             begun: 0,
         }
@@ -113,7 +111,7 @@ impl RealTime for Board {
     }
 
     fn stop_source(&mut self) -> Option<StopSource> {
-        if self.stop.is_high() {
+        if Chosen::STOP.is_high() {
             Some(StopSource::Pin)
         } else if self.has_crystal {
             None

@@ -24,6 +24,7 @@
 //! FIFO of a packet that the host has not fetched, and leaves the endpoint waiting for it for
 //! ever. [`Restart`] mends both.
 
+use super::pin::Pin;
 use crate::tasks::{FromClient, FromHost, LineChanges, ToHost};
 use armbridge_shared::bridge::gateway::ClientLine;
 use embassy_futures::join::join;
@@ -55,8 +56,8 @@ const MICROSOFT: u8 = 0x20;
 const INTERFACE_GUID: &str = "{9BD2DF71-6BE5-4C43-9D3B-3E0A5A1F5F43}";
 /// Length of Microsoft's descriptors: 178 bytes.
 const MICROSOFTS_LEN: usize = 256;
-/// D+, PA12.
-const PLUS_PIN: usize = 12;
+/// D+.
+const PLUS: Pin = Pin::new(GPIOA, 12);
 /// Time in ms from the start of the driver until the board attaches: more than 3 ms after the
 /// driver's last change, which is in the first poll of the device.
 const ATTACH_MS: u64 = 5;
@@ -84,16 +85,11 @@ pub struct Ports {
     pub changes: Changes,
 }
 
-/// Holds D+ low, or has the USB block drive it.
-fn set_plus(mode: Moder) {
-    critical_section::with(|_| GPIOA.moder().modify(|w| w.set_moder(PLUS_PIN, mode)));
-}
-
 /// Runs the device for ever, and attaches it.
 pub async fn run(mut device: UsbDevice<'static, Otg>) -> ! {
     let attach = async {
         Timer::after_millis(ATTACH_MS).await;
-        set_plus(Moder::ALTERNATE);
+        PLUS.set_mode(Moder::ALTERNATE);
     };
     join(device.run(), attach).await.0
 }
@@ -140,13 +136,12 @@ pub fn start(
     static STATE: StaticCell<State<'static>> = StaticCell::new();
 
     let mut electrical = usb::Config::default();
-    // PA9 is not wired to the USB connector's supply on this board, and the
-    // chip has no other way to detect it.
+    // PA9 is not wired to the USB connector's supply on every board, and the chip has no other
+    // way to detect it.
     electrical.vbus_detection = false;
     let out = OUT.init([0; 4 * PACKET_MAX]);
     let driver = Driver::new_fs(otg, Irqs, plus, minus, out, electrical);
-    GPIOA.bsrr().write(|w| w.set_br(PLUS_PIN, true));
-    set_plus(Moder::OUTPUT);
+    PLUS.make_output(false);
 
     // The vendor and product id that pid.codes reserves for tests.
     let mut config = Config::new(0x1209, 0x0001);

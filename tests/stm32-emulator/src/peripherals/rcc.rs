@@ -20,8 +20,12 @@ const LSI_START: Time = Time::from_us(15);
 
 const CR_HSION: u32 = 1;
 const CR_HSEON: u32 = 1 << 16;
+const CR_HSEBYP: u32 = 1 << 18;
 const CR_CSSON: u32 = 1 << 19;
 const CR_PLLON: u32 = 1 << 24;
+/// Word of DCKCFGR2, and its choice of the clock of USB (RM0390, section 6.3.28).
+const DCKCFGR2: usize = 0x94 / 4;
+const CK48MSEL: u32 = 1 << 27;
 const CSR_LSION: u32 = 1;
 const CIR_CSSF: u32 = 1 << 7;
 /// Cause flags in CSR (section 7.3.21).
@@ -54,6 +58,15 @@ impl Reset {
             Self::Software => pin | 1 << 28,
         }
     }
+}
+
+/// What is at the chip's pins of the high-speed oscillator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crystal {
+    /// Frequency in Hz.
+    pub hz: u32,
+    /// A clock from outside, for which the chip's own oscillator must be bypassed.
+    pub is_external: bool,
 }
 
 /// Clocks in Hz.
@@ -105,8 +118,8 @@ impl Oscillator {
 /// The block.
 #[derive(Clone, Debug)]
 pub struct Rcc {
-    /// Frequency of the crystal in Hz, if it swings.
-    crystal_hz: Option<u32>,
+    /// The crystal, if it swings.
+    crystal: Option<Crystal>,
     control: u32,
     pll: u32,
     configuration: u32,
@@ -124,9 +137,9 @@ pub struct Rcc {
 
 impl Rcc {
     /// After power-up, with this crystal.
-    pub fn new(crystal_hz: Option<u32>) -> Self {
+    pub fn new(crystal: Option<Crystal>) -> Self {
         let mut rcc = Self {
-            crystal_hz,
+            crystal,
             control: 0,
             pll: 0,
             configuration: 0,
@@ -183,7 +196,7 @@ impl Rcc {
 
     /// The crystal stops.
     pub fn fail_crystal(&mut self, now: Time) {
-        self.crystal_hz = None;
+        self.crystal = None;
         let was_used = self.hse.is_ready(now);
         if was_used && self.control & CR_CSSON != 0 {
             // Section 7.2.7: the oscillator is switched off, and the PLL that it fed.
@@ -203,8 +216,8 @@ impl Rcc {
     }
 
     /// A crystal swings again when it is started next.
-    pub fn mend_crystal(&mut self, hz: u32) {
-        self.crystal_hz = Some(hz);
+    pub fn mend_crystal(&mut self, crystal: Crystal) {
+        self.crystal = Some(crystal);
     }
 
     /// Reads a register.
@@ -257,7 +270,16 @@ impl Rcc {
     }
 
     fn is_hse_ready(&self, now: Time) -> bool {
-        self.crystal_hz.is_some() && self.hse.is_ready(now)
+        self.hse_hz(now).is_some()
+    }
+
+    /// Frequency from the crystal in Hz, once it has started.
+    fn hse_hz(&self, now: Time) -> Option<u32> {
+        let is_bypassed = self.control & CR_HSEBYP != 0;
+        let crystal = self
+            .crystal
+            .filter(|crystal| crystal.is_external == is_bypassed)?;
+        self.hse.is_ready(now).then_some(crystal.hz)
     }
 
     fn is_pll_ready(&self, now: Time) -> bool {
@@ -278,7 +300,7 @@ impl Rcc {
     fn pll_hz(&self, now: Time) -> Option<u32> {
         let source = match self.pll >> 22 & 1 {
             0 => self.hsi.is_ready(now).then_some(HSI_HZ),
-            _ => self.crystal_hz.filter(|_| self.hse.is_ready(now)),
+            _ => self.hse_hz(now),
         }?;
         let (divider, factor) = (self.pll & 0x3F, self.pll >> 6 & 0x1FF);
         (divider >= 2).then(|| source / divider * factor)
@@ -288,7 +310,7 @@ impl Rcc {
     pub fn update(&mut self, now: Time) {
         let pll_hz = self.pll_hz(now).filter(|_| self.lock.is_ready(now));
         let system_hz = match (self.switched(now), pll_hz) {
-            (1, _) => self.crystal_hz.unwrap_or(HSI_HZ),
+            (1, _) => self.hse_hz(now).unwrap_or(HSI_HZ),
             (2, Some(pll_hz)) => pll_hz / (2 * (self.pll >> 16 & 3) + 2),
             _ => HSI_HZ,
         };
@@ -297,13 +319,16 @@ impl Rcc {
         let bus = |field| core_hz >> apb(field);
         // Section 7.2: timers run at twice the bus's clock unless that is undivided.
         let timer = |field| bus(field) << u32::from(apb(field) != 0);
+        // The F446 can take the clock of USB from another PLL, which is not modelled.
+        let is_from_pll = self.others[DCKCFGR2] & CK48MSEL == 0;
+        let usb_hz = pll_hz.filter(|_| is_from_pll);
         self.clocks = Clocks {
             core_hz,
             apb1_hz: bus(10),
             apb2_hz: bus(13),
             timer1_hz: timer(10),
             timer2_hz: timer(13),
-            usb_hz: pll_hz.map_or(0, |hz| hz / (self.pll >> 24 & 0xF).max(1)),
+            usb_hz: usb_hz.map_or(0, |hz| hz / (self.pll >> 24 & 0xF).max(1)),
         };
     }
 
@@ -338,9 +363,14 @@ mod tests {
 
     const READY: Time = Time::from_us(10_000);
 
+    const CRYSTAL: Crystal = Crystal {
+        hz: 12_000_000,
+        is_external: false,
+    };
+
     /// The Feather's clocks, from 12 MHz.
-    fn at_full_speed(crystal_hz: Option<u32>) -> Rcc {
-        let mut rcc = Rcc::new(crystal_hz);
+    fn at_full_speed(crystal: Option<Crystal>) -> Rcc {
+        let mut rcc = Rcc::new(crystal);
         let pll = 7 << 24 | 1 << 22 | 168 << 6 | 6;
         for (us, offset, value) in [
             (10, 0x00, 0x83 | CR_HSEON),
@@ -355,7 +385,7 @@ mod tests {
 
     #[test]
     fn clocks_follow_from_the_registers() {
-        let rcc = at_full_speed(Some(12_000_000));
+        let rcc = at_full_speed(Some(CRYSTAL));
         let clocks = rcc.clocks();
         assert_eq!((clocks.core_hz, clocks.usb_hz), (168_000_000, 48_000_000));
         assert_eq!((clocks.apb1_hz, clocks.timer1_hz), (42_000_000, 84_000_000));
@@ -368,11 +398,17 @@ mod tests {
         let rcc = at_full_speed(None);
         assert_eq!(rcc.clocks().core_hz, HSI_HZ);
         assert_eq!(rcc.read(READY, 0).map(|word| word >> 17 & 1), Some(0));
+        // Nor with a clock from outside, unless its oscillator is bypassed.
+        let rcc = at_full_speed(Some(Crystal {
+            is_external: true,
+            ..CRYSTAL
+        }));
+        assert_eq!(rcc.clocks().core_hz, HSI_HZ);
     }
 
     #[test]
     fn a_crystal_that_fails_is_reported_by_an_nmi() {
-        let mut rcc = at_full_speed(Some(12_000_000));
+        let mut rcc = at_full_speed(Some(CRYSTAL));
         rcc.fail_crystal(READY);
         assert!(rcc.is_nmi() && rcc.clocks().core_hz == HSI_HZ);
         assert_eq!(rcc.write(READY, 0x0C, 1 << 23), Some(()));

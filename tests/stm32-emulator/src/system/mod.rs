@@ -101,7 +101,7 @@ impl<L: Line> System<L> {
         // The stop switch is closed.
         gpio.drive(Time::ZERO, board.stop, Some(false));
         let mut system = Self {
-            rcc: Rcc::new(Some(board.crystal_hz)),
+            rcc: Rcc::new(Some(board.crystal)),
             gpio,
             flash: Flash::new(board.chip.flash),
             iwdg: Iwdg::new(NOMINAL_HZ),

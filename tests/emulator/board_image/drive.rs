@@ -7,14 +7,13 @@ use armbridge_shared::servo::Firmware;
 use armbridge_sim::Bench;
 use armbridge_sim::plant::Plant;
 use armbridge_sim::servo_kind::ServoKind;
-use armbridge_stm32_emulator::chip::Board;
 use armbridge_stm32_emulator::system::BusFaults;
 use armbridge_stm32_emulator::time::Time;
-use armbridge_tests::board_image::{BoardRun, image};
+use armbridge_tests::board_image::BoardRun;
 use armbridge_tests::plant;
 use armbridge_tests::tapped_bench::{ScriptedHost, assert_all_equal, replay};
 
-use super::us;
+use super::{TestBoard, us};
 
 /// Instructions of an armed millisecond, all interrupts, telemetry and USB included.
 const ARMED_MAX: u64 = 11_000;
@@ -22,7 +21,7 @@ const ARMED_MAX: u64 = 11_000;
 const RELEASE_MAX: Time = us(2);
 
 /// An arm that is regulated for 0.6 s.
-fn held(setup: Setup, bench: Bench) -> BoardRun<PlanRunner> {
+fn held(board: TestBoard, setup: Setup, bench: Bench) -> BoardRun<PlanRunner> {
     let script = Script {
         setup,
         limits: Script::limits(),
@@ -30,8 +29,7 @@ fn held(setup: Setup, bench: Bench) -> BoardRun<PlanRunner> {
         duration_us: 600_000,
     };
     let host = PlanRunner::new(script);
-    let image = image("feather-f405");
-    let mut run = BoardRun::new(Board::FEATHER_F405, &image, bench, host).powered_up();
+    let mut run = board.on(bench, host).powered_up();
     let is_done = run.run_until(4_000, |run| {
         run.host_error.is_some() || armbridge_client::Host::is_done(&run.host)
     });
@@ -55,12 +53,10 @@ fn releases(run: &BoardRun<PlanRunner>) -> Vec<Time> {
         .collect()
 }
 
-#[test]
-#[ignore = "needs the firmware image: run `cargo verify`"]
-fn the_arm_is_held_upright_as_the_bench_would() {
+fn the_arm_is_held_upright_as_the_bench_would(board: TestBoard) {
     for setup in [Setup::default(), Setup::best()] {
         let bench = Bench::new(Plant::new(plant([0.02, -0.02], true), 1));
-        let run = held(setup, bench);
+        let run = held(board, setup, bench);
         let driven: Vec<_> = (run.records())
             .filter(|record| record.mode.drive() == Some(Drive::Regulate))
             .collect();
@@ -82,11 +78,9 @@ fn the_arm_is_held_upright_as_the_bench_would() {
     }
 }
 
-#[test]
-#[ignore = "needs the firmware image: run `cargo verify`"]
-fn an_armed_millisecond_costs_no_more_than_stated() {
+fn an_armed_millisecond_costs_no_more_than_stated(board: TestBoard) {
     let bench = Bench::new(Plant::new(plant([0.02, -0.02], true), 1));
-    let mut run = held(Setup::default(), bench);
+    let mut run = held(board, Setup::default(), bench);
     let (begun, before) = (run.machine.now(), run.machine.core.executed());
     run.run_for(20);
     let executed = run.machine.core.executed() - before;
@@ -96,14 +90,11 @@ fn an_armed_millisecond_costs_no_more_than_stated() {
     assert!(per_ms <= ARMED_MAX, "{per_ms}");
 }
 
-#[test]
-#[ignore = "needs the firmware image: run `cargo verify`"]
-fn stock_servos_are_found_and_polled() {
+fn stock_servos_are_found_and_polled(board: TestBoard) {
     let kinds = [1, 2].map(|id| ServoKind::new(Firmware::Stock, id, 1_000_000).unwrap());
     let bench = Bench::with_servos(Plant::new(plant([0.02, -0.02], true), 1), &kinds);
-    let image = image("feather-f405");
     let host = ScriptedHost::new([], u64::MAX);
-    let mut run = BoardRun::new(Board::FEATHER_F405, &image, bench, host).powered_up();
+    let mut run = board.on(bench, host).powered_up();
     run.run_until(400, |_| false);
     let last = run.records().next_back();
     assert!(last.is_some_and(|record| {
@@ -113,4 +104,10 @@ fn stock_servos_are_found_and_polled() {
             .all(|sample| sample.missing().is_none())
     }));
     assert_eq!(run.machine.system.bus_faults(), BusFaults::default());
+}
+
+on_each_board! {
+    the_arm_is_held_upright_as_the_bench_would,
+    an_armed_millisecond_costs_no_more_than_stated,
+    stock_servos_are_found_and_polled,
 }

@@ -10,7 +10,7 @@ use armbridge_stm32_emulator::system::Unmodelled;
 use armbridge_tests::board_image::BoardRun;
 use armbridge_tests::tapped_bench::{Action, ScriptedHost};
 
-use super::{ON_USB_MS, feather, until_configured, us};
+use super::{ON_USB_MS, TestBoard, settings_sectors, until_configured, us};
 
 /// Bytes of the stop sequence.
 fn stop_sequence() -> Vec<u8> {
@@ -38,10 +38,8 @@ fn assert_stopped_first<H>(run: &BoardRun<H>, first: usize) {
     assert!(sent.iter().all(|byte| byte.baud == 1_000_000));
 }
 
-#[test]
-#[ignore = "needs the firmware image: run `cargo verify`"]
-fn motors_are_off_first_and_clocks_are_those_that_the_program_names() {
-    let mut run = feather(NoHost).powered_up();
+fn motors_are_off_first_and_clocks_are_those_that_the_program_names(board: TestBoard) {
+    let mut run = board.with(NoHost).powered_up();
     until_configured(&mut run, ON_USB_MS);
     assert_stopped_first(&run, 0);
     let system = &run.machine.system;
@@ -71,16 +69,16 @@ fn motors_are_off_first_and_clocks_are_those_that_the_program_names() {
 }
 
 /// The ROM loader jumps to a program with its own vectors, stack and clocks.
-#[test]
-#[ignore = "needs the firmware image: run `cargo verify`"]
-fn a_program_that_the_rom_loader_started_resets_the_chip_once() {
-    let mut run = feather(listener()).powered_up();
+fn a_program_that_the_rom_loader_started_resets_the_chip_once(board: TestBoard) {
+    let mut run = board.with(listener()).powered_up();
     let rcc = &mut run.machine.system.rcc;
-    // Crystal and PLL on, 12 / 12 * 192 / 2 = 96 MHz, the PLL chosen.
+    // Crystal and PLL on, 1 * 192 / 2 = 96 MHz, the PLL chosen.
+    let crystal = board.wiring.crystal;
+    let started = 0x0001_0083 | u32::from(crystal.is_external) << 18;
     for (at_us, offset, value) in [
-        (0, 0x00, 0x0001_0083),
-        (5_000, 0x04, 0x0440_300C),
-        (5_000, 0x00, 0x0101_0083),
+        (0, 0x00, started),
+        (5_000, 0x04, 0x0440_3000 + crystal.hz / 1_000_000),
+        (5_000, 0x00, started | 1 << 24),
         (6_000, 0x08, 2),
     ] {
         rcc.write(us(at_us), offset, value).unwrap();
@@ -108,10 +106,8 @@ fn a_program_that_the_rom_loader_started_resets_the_chip_once() {
 }
 
 /// A crystal that does not start: the board says so, and drives nothing.
-#[test]
-#[ignore = "needs the firmware image: run `cargo verify`"]
-fn a_board_without_a_crystal_says_so_and_drives_nothing() {
-    let mut run = feather(listener());
+fn a_board_without_a_crystal_says_so_and_drives_nothing(board: TestBoard) {
+    let mut run = board.with(listener());
     run.machine.system.rcc.fail_crystal(us(0));
     let mut run = run.powered_up();
     until_configured(&mut run, 2 * ON_USB_MS);
@@ -127,14 +123,11 @@ fn a_board_without_a_crystal_says_so_and_drives_nothing() {
 
 /// Flash that holds garbage is erased at boot, which stops the core for 1.1 s. The board's
 /// time and the watchdog take no harm from it.
-#[test]
-#[ignore = "needs the firmware image: run `cargo verify`"]
-fn time_goes_on_after_flash_was_erased_at_boot() {
-    for sectors in [&[10][..], &[11], &[10, 11]] {
-        let mut run = feather(listener());
+fn time_goes_on_after_flash_was_erased_at_boot(board: TestBoard) {
+    for sectors in [&[0][..], &[1], &[0, 1]] {
+        let mut run = board.with(listener());
         for sector in sectors {
-            let begin = (sector - 4) * 128 * 1_024;
-            run.machine.system.flash.bytes_mut()[begin..begin + 128 * 1_024].fill(0x5A);
+            settings_sectors(&mut run)[*sector].fill(0x5A);
         }
         let mut run = run.powered_up();
         until_configured(&mut run, ON_USB_MS + 3_500);
@@ -151,4 +144,11 @@ fn time_goes_on_after_flash_was_erased_at_boot() {
         assert!(age_us < 5_000, "{sectors:?}: {age_us} us");
         assert_eq!(run.report().unwrap().last_end.cause, End::PowerUp);
     }
+}
+
+on_each_board! {
+    motors_are_off_first_and_clocks_are_those_that_the_program_names,
+    a_program_that_the_rom_loader_started_resets_the_chip_once,
+    a_board_without_a_crystal_says_so_and_drives_nothing,
+    time_goes_on_after_flash_was_erased_at_boot,
 }

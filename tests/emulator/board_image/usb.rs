@@ -7,7 +7,7 @@ use armbridge_stm32_emulator::usb_host::enumeration::Request;
 use armbridge_tests::board_image::BoardRun;
 use armbridge_tests::tapped_bench::{Action, ScriptedHost};
 
-use super::{ON_USB_MS, feather, until_configured, us};
+use super::{ON_USB_MS, TestBoard, until_configured, us};
 
 /// Text as descriptors hold it.
 fn utf16(text: &str) -> Vec<u8> {
@@ -18,10 +18,8 @@ fn contains(bytes: &[u8], part: &[u8]) -> bool {
     bytes.windows(part.len()).any(|window| window == part)
 }
 
-#[test]
-#[ignore = "needs the firmware image: run `cargo verify`"]
-fn a_host_finds_driver_interface_and_serial_number() {
-    let mut run = feather(NoHost).powered_up();
+fn a_host_finds_driver_interface_and_serial_number(board: TestBoard) {
+    let mut run = board.with(NoHost).powered_up();
     until_configured(&mut run, ON_USB_MS);
     let usb = &run.machine.system.usb;
     let found = usb.descriptors();
@@ -50,11 +48,9 @@ fn a_host_finds_driver_interface_and_serial_number() {
 
 /// D+ is low for more than 3 ms before the board attaches, also after a reset of the chip
 /// alone, and then it rises once.
-#[test]
-#[ignore = "needs the firmware image: run `cargo verify`"]
-fn a_host_sees_the_board_go_at_a_reset() {
+fn a_host_sees_the_board_go_at_a_reset(board: TestBoard) {
     use armbridge_stm32_emulator::peripherals::rcc::Reset;
-    let mut run = feather(NoHost).powered_up();
+    let mut run = board.with(NoHost).powered_up();
     until_configured(&mut run, ON_USB_MS);
     run.machine.reset(Reset::Pin).unwrap();
     let reset_at = run.machine.now();
@@ -71,11 +67,9 @@ fn a_host_sees_the_board_go_at_a_reset() {
 
 /// A host that configures the board a second time, as one does that takes it over from another
 /// program, begins at DATA0. So does the board: no packet is lost.
-#[test]
-#[ignore = "needs the firmware image: run `cargo verify`"]
-fn no_packet_is_lost_after_a_second_configuration_or_bus_reset() {
+fn no_packet_is_lost_after_a_second_configuration_or_bus_reset(board: TestBoard) {
     let host = ScriptedHost::new([(0, Action::Message(ToBoard::Heartbeat))], u64::MAX);
-    let mut run = feather(host).powered_up();
+    let mut run = board.with(host).powered_up();
     until_configured(&mut run, ON_USB_MS);
     run.run_for(20);
     assert!(run.report().is_some());
@@ -110,11 +104,9 @@ fn no_packet_is_lost_after_a_second_configuration_or_bus_reset() {
 
 /// A host that suspends the bus, and one whose program stalls: the board goes on, and drops
 /// records instead of anything else.
-#[test]
-#[ignore = "needs the firmware image: run `cargo verify`"]
-fn a_host_that_sleeps_or_stalls_finds_the_board_again() {
+fn a_host_that_sleeps_or_stalls_finds_the_board_again(board: TestBoard) {
     let host = ScriptedHost::new([(0, Action::Message(ToBoard::Heartbeat))], u64::MAX);
-    let mut run = feather(host).powered_up();
+    let mut run = board.with(host).powered_up();
     until_configured(&mut run, ON_USB_MS);
     run.run_for(20);
     let now = run.machine.now();
@@ -141,10 +133,8 @@ fn a_host_that_sleeps_or_stalls_finds_the_board_again() {
 
 /// A program opens the serial port: its rate and its lines reach the board, and its bytes
 /// the bus.
-#[test]
-#[ignore = "needs the firmware image: run `cargo verify`"]
-fn the_serial_port_lends_the_bus() {
-    let mut run = feather(NoHost).powered_up();
+fn the_serial_port_lends_the_bus(board: TestBoard) {
+    let mut run = board.with(NoHost).powered_up();
     until_configured(&mut run, ON_USB_MS);
     let mut coding = 1_000_000_u32.to_le_bytes().to_vec();
     coding.extend([0, 0, 8]);
@@ -178,4 +168,12 @@ fn the_serial_port_lends_the_bus() {
         .copied()
         .collect();
     assert_eq!(answer.first(), Some(&0xAA), "{answer:02x?}");
+}
+
+on_each_board! {
+    a_host_finds_driver_interface_and_serial_number,
+    a_host_sees_the_board_go_at_a_reset,
+    no_packet_is_lost_after_a_second_configuration_or_bus_reset,
+    a_host_that_sleeps_or_stalls_finds_the_board_again,
+    the_serial_port_lends_the_bus,
 }

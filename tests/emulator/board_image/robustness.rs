@@ -6,24 +6,21 @@ use armbridge_shared::servo::Firmware;
 use armbridge_sim::Bench;
 use armbridge_sim::plant::Plant;
 use armbridge_sim::servo_kind::ServoKind;
-use armbridge_stm32_emulator::chip::Board;
 use armbridge_stm32_emulator::system::BusFaults;
-use armbridge_tests::board_image::{BoardRun, Interference, image};
+use armbridge_tests::board_image::Interference;
 use armbridge_tests::plant;
 use armbridge_tests::random::Random;
 use armbridge_tests::tapped_bench::{Action, ScriptedHost, assert_all_equal, replay};
 
 use super::faults::{OFF, driver, driving, motors};
-use super::{ON_USB_MS, feather, until_configured};
+use super::{ON_USB_MS, TestBoard, settings_sectors, until_configured};
 
 /// Bytes from nowhere at any time: the board goes on or ends the drive, and never resets. What
 /// it decided on the samples that it had is what this program decides.
-#[test]
-#[ignore = "needs the firmware image: run `cargo verify`"]
-fn noise_on_the_line_ends_a_drive_at_the_worst() {
+fn noise_on_the_line_ends_a_drive_at_the_worst(board: TestBoard) {
     let mut held = 0;
     for (seed, mean_us) in [(1, 50), (2, 300), (3, 3_000), (4, 30_000), (5, 100_000)] {
-        let mut run = driving();
+        let mut run = driving(board);
         run.machine.system.line.interference = Some(Interference::new(seed, mean_us));
         run.machine.system.touch();
         run.run_for(400);
@@ -48,10 +45,8 @@ fn noise_on_the_line_ends_a_drive_at_the_worst() {
 
 /// The cable of a board that drives is pulled: the arm is braked, then motors are off. Plugged in
 /// again, the board is found.
-#[test]
-#[ignore = "needs the firmware image: run `cargo verify`"]
-fn a_pulled_cable_ends_the_drive_and_a_plugged_one_finds_the_board() {
-    let mut run = driving();
+fn a_pulled_cable_ends_the_drive_and_a_plugged_one_finds_the_board(board: TestBoard) {
+    let mut run = driving(board);
     run.machine.system.usb.is_plugged = false;
     run.machine.system.touch();
     run.run_for(600);
@@ -73,10 +68,8 @@ fn a_pulled_cable_ends_the_drive_and_a_plugged_one_finds_the_board() {
 }
 
 /// A board that is powered long before its cable is plugged in.
-#[test]
-#[ignore = "needs the firmware image: run `cargo verify`"]
-fn a_cable_may_come_later_than_the_supply() {
-    let mut run = feather(driver(400_000));
+fn a_cable_may_come_later_than_the_supply(board: TestBoard) {
+    let mut run = board.with(driver(400_000));
     run.machine.system.usb.is_plugged = false;
     let mut run = run.powered_up();
     run.run_for(300);
@@ -91,11 +84,9 @@ fn a_cable_may_come_later_than_the_supply() {
 
 /// The watchdog's oscillator at either end of its range: it never bites a board that works, and
 /// bites one that hangs within 304.5 ms.
-#[test]
-#[ignore = "needs the firmware image: run `cargo verify`"]
-fn the_watchdog_is_right_at_17_and_at_47_khz() {
+fn the_watchdog_is_right_at_17_and_at_47_khz(board: TestBoard) {
     for lsi_hz in [17_000, 47_000] {
-        let mut run = feather(driver(150_000));
+        let mut run = board.with(driver(150_000));
         run.machine.system.iwdg.lsi_hz = lsi_hz;
         let mut run = run.powered_up();
         run.run_for(700);
@@ -110,9 +101,7 @@ fn the_watchdog_is_right_at_17_and_at_47_khz() {
 
 /// Stock servos at the ends of their return delay, and both firmwares from any phase of a servo's
 /// own loop.
-#[test]
-#[ignore = "needs the firmware image: run `cargo verify`"]
-fn servos_may_answer_early_late_and_at_any_phase() {
+fn servos_may_answer_early_late_and_at_any_phase(board: TestBoard) {
     for (firmware, baud, late_us) in [
         (Firmware::Stock, 1_000_000, 0),
         (Firmware::Stock, 500_000, 0),
@@ -125,8 +114,7 @@ fn servos_may_answer_early_late_and_at_any_phase() {
         let kinds = [1, 2].map(|id| ServoKind::new(firmware, id, baud).unwrap());
         let bench = Bench::with_servos(Plant::new(plant([0.02, -0.02], true), 1), &kinds);
         let host = ScriptedHost::new([(0, Action::Message(ToBoard::Heartbeat))], u64::MAX);
-        let image = image("feather-f405");
-        let mut run = BoardRun::new(Board::FEATHER_F405, &image, bench, host).powered_up();
+        let mut run = board.on(bench, host).powered_up();
         let from = super::us(30_000 + late_us);
         run.machine.run(from).unwrap();
         for servo in 0..2 {
@@ -148,26 +136,30 @@ fn servos_may_answer_early_late_and_at_any_phase() {
 
 /// Flash that holds anything where settings are: the board boots, says what it made of it, and
 /// does not move.
-#[test]
-#[ignore = "needs the firmware image: run `cargo verify`"]
-fn flash_that_holds_garbage_is_named_and_harmless() {
+fn flash_that_holds_garbage_is_named_and_harmless(board: TestBoard) {
     for seed in 0..6 {
-        let mut run = feather(ScriptedHost::new(
+        let mut run = board.with(ScriptedHost::new(
             [(0, Action::Message(ToBoard::Heartbeat))],
             u64::MAX,
         ));
         let mut draw = Random::new(seed + 1);
         let mut garble = |bytes: &mut [u8]| bytes.fill_with(|| draw.byte());
-        let settings = &mut run.machine.system.flash.bytes_mut()[0xC_0000..];
+        let [first, second] = settings_sectors(&mut run);
         match seed {
-            0 => settings.fill(0),
-            1 => garble(settings),
-            2 => garble(&mut settings[..128 * 1_024]),
-            3 => garble(&mut settings[128 * 1_024..]),
+            0 => {
+                first.fill(0);
+                second.fill(0);
+            }
+            1 => {
+                garble(first);
+                garble(second);
+            }
+            2 => garble(first),
+            3 => garble(second),
             // The head of a page is right, what follows is not.
             _ => {
                 let from = 8 * (1 + seed as usize);
-                garble(&mut settings[from..from + 4_096]);
+                garble(&mut first[from..from + 4_096]);
             }
         }
         let mut run = run.powered_up();
@@ -187,4 +179,13 @@ fn flash_that_holds_garbage_is_named_and_harmless() {
         assert_eq!(motors(&run), OFF);
         assert_eq!(run.machine.resets().len(), 1);
     }
+}
+
+on_each_board! {
+    noise_on_the_line_ends_a_drive_at_the_worst,
+    a_pulled_cable_ends_the_drive_and_a_plugged_one_finds_the_board,
+    a_cable_may_come_later_than_the_supply,
+    the_watchdog_is_right_at_17_and_at_47_khz,
+    servos_may_answer_early_late_and_at_any_phase,
+    flash_that_holds_garbage_is_named_and_harmless,
 }
