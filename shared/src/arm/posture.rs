@@ -105,6 +105,7 @@ impl<T: Real> Posture<T> {
 
     /// The joint torque in N m that accelerates by `ddq` at speeds `dq`:
     /// equation (1) as it stands.
+    #[inline]
     pub fn inverse_dynamics(
         &self,
         arm: &Parameters<T>,
