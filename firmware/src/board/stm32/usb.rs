@@ -23,6 +23,14 @@
 //! DATA0 at a bus reset, but not when it is configured a second time. Then it also empties the
 //! FIFO of a packet that the host has not fetched, and leaves the endpoint waiting for it for
 //! ever. [`Restart`] mends both.
+//!
+//! # Asserts of the driver
+//!
+//! The driver's interrupt handler is not in the image that links only without panics. Three of
+//! its asserts depend on what the controller reports of a packet: its endpoint exists, and a
+//! SETUP packet has 8 bytes and is of endpoint 0. A host cannot choose otherwise: the controller
+//! takes packets for enabled endpoints alone, and SETUP only as 8 bytes on a control endpoint
+//! (section 34.16.6, GRXSTSP). A controller that reports nonsense is a panic, and motors off.
 
 use super::pin::Pin;
 use crate::tasks::{FromClient, FromHost, LineChanges, ToHost};
