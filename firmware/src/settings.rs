@@ -35,7 +35,7 @@ pub fn keep(port: &mut LinkPort<'_>, store: &mut Store<impl NorFlash>) -> bool {
     let Some((sequence, settings)) = port.take_save() else {
         return false;
     };
-    let result = store.save(&settings);
+    let result = store.save(settings);
     #[cfg(feature = "board")]
     if let Err(error) = result {
         defmt::warn!("settings not saved: {}", defmt::Debug2Format(&error));

@@ -2,11 +2,11 @@
 //!
 //! | board | chip | what it is |
 //! |-------|------|------------|
-//! | [`feather_f405`] | STM32F405RG | a small board; the default |
-//! | [`nucleo_f446ze`] | STM32F446ZE | a board with a debug probe, for the vendor's shield |
-//! | [`mps2_an386`] | Cortex-M4F of QEMU | the emulated board, in which time can be the bench's |
+//! | `feather_f405` | STM32F405RG | a small board; the default |
+//! | `nucleo_f446ze` | STM32F446ZE | a board with a debug probe, for the vendor's shield |
+//! | `mps2_an386` | Cortex-M4F of QEMU | the emulated board, in which time can be the bench's |
 //!
-//! [`stm32`] is what the first two share: a further board of the family is a file such as
+//! `stm32` is what the first two share: a further board of the family is a file such as
 //! theirs, a row in `boards.rs`, a feature in the manifest, and a program of one line.
 
 #[cfg(feature = "feather-f405")]

@@ -239,7 +239,7 @@ impl Board for VirtualBoard<'_> {
             let Some((sequence, settings)) = self.link.take_save() else {
                 break;
             };
-            let result = self.store.save(&settings);
+            let result = self.store.save(settings);
             self.link.saved(sequence, result.is_ok());
         }
         output

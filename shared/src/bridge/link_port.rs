@@ -121,13 +121,13 @@ impl<'a> LinkPort<'a> {
 
     /// Settings that are to be written now, with their number for [`LinkPort::saved`]:
     /// torque is off and stays off meanwhile.
-    pub fn take_save(&mut self) -> Option<(u16, Settings)> {
+    pub fn take_save(&mut self) -> Option<(u16, &Settings)> {
         let (sequence, saving) = self.saving.as_mut()?;
         if *saving != Saving::Permitted {
             return None;
         }
         *saving = Saving::Writing;
-        Some((*sequence, self.settings))
+        Some((*sequence, &self.settings))
     }
 
     /// Takes the result of writing the settings.
