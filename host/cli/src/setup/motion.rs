@@ -8,8 +8,7 @@ use crate::board_tasks::arm::{Arm, Outcome};
 use crate::finding::Finding;
 
 /// After a failed motion.
-const AGAIN: &str = "motors are off; once it is mended, and the fault cleared (`armbridge clear`):\n\
-                     armbridge setup";
+const AGAIN: &str = "once it is mended, and the fault cleared (`armbridge clear`): armbridge setup";
 
 impl Setup<'_> {
     /// Arms, once the person agrees, and holds the arm.
@@ -32,7 +31,9 @@ impl Setup<'_> {
         let arm = Arm::new(Some(self.options.hold), self.needs_wheel_mode).holding();
         let arm = match drive(self.options, arm) {
             Ok(host) => host.task,
-            Err(LinkError::Host(error)) if !is_over(&error) => return Ok(not_armed(&error)),
+            Err(LinkError::Host(error)) if !is_over(&error) => {
+                return Ok(Finding::missing(error.to_string(), AGAIN));
+            }
             Err(error) => return Err(error.into()),
         };
         let ending = arm.outcome().unwrap_or(&Outcome::Released);
@@ -64,8 +65,4 @@ fn declined() -> Finding {
         "declined: nothing has moved",
         "armbridge setup, when it may",
     )
-}
-
-fn not_armed(error: &TaskError) -> Finding {
-    Finding::missing(error.to_string(), AGAIN)
 }
