@@ -16,6 +16,8 @@
 //! The last two are one arming, as an arm that is let go between them would fall. Whatever
 //! goes wrong in it ends with torque off: [`Arm`] disarms, and a board that does not hear from
 //! it does so by itself.
+//!
+//! [`Arm`]: crate::board_tasks::arm::Arm
 
 mod motion;
 pub mod servos;
