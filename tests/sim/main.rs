@@ -22,6 +22,7 @@ mod reconfiguration;
 mod replay;
 mod robustness;
 mod safety_case;
+mod schematic;
 mod servo_bus;
 mod servo_time_steps;
 mod settings;

@@ -6,7 +6,7 @@
 //! | pin  | Feather | is                | wired to                               |
 //! |------|---------|-------------------|----------------------------------------|
 //! | PB10 | TX      | USART3 TX         | input of the buffer that drives DATA   |
-//! | PB11 | RX      | USART3 RX         | output of the buffer that listens to DATA |
+//! | PB11 | RX      | USART3 RX         | output of the buffer that listens to DATA, 10 kΩ to 3.3 V |
 //! | PC6  | D6      | direction, high to send | enables of both buffers, 10 kΩ to ground |
 //! | PB8  | D9      | emergency stop, pulled up | normally closed switch to ground |
 //! | PC3  | D11     | servos' supply, high is on | driver of a relay, 10 kΩ to ground |
@@ -23,6 +23,7 @@ use super::stm32::clock_tree::PCLK1_MHZ;
 use super::stm32::pin::Pin;
 use super::stm32::wiring::{Crystal, Stream, Wiring};
 use embassy_stm32::interrupt::{self, Interrupt};
+use embassy_stm32::pac::gpio::vals::Pupdr;
 use embassy_stm32::pac::usart::Usart;
 use embassy_stm32::pac::{DMA1, GPIOB, GPIOC, RCC, USART3};
 
@@ -51,6 +52,7 @@ impl Wiring for FeatherF405 {
     };
     const USART_PINS: [Pin; 2] = [Pin::new(GPIOB, 10), Pin::new(GPIOB, 11)];
     const USART_FUNCTION: u8 = 7;
+    const RX_PULL: Pupdr = Pupdr::FLOATING;
     const DIRECTION: Pin = Pin::new(GPIOC, 6);
 
     const STOP: Pin = Pin::new(GPIOB, 8);

@@ -26,6 +26,7 @@ use super::stm32::clock_tree::PCLK2_MHZ;
 use super::stm32::pin::Pin;
 use super::stm32::wiring::{Crystal, Stream, Wiring};
 use embassy_stm32::interrupt::{self, Interrupt};
+use embassy_stm32::pac::gpio::vals::Pupdr;
 use embassy_stm32::pac::usart::Usart;
 use embassy_stm32::pac::{DMA2, GPIOA, GPIOB, GPIOD, GPIOF, GPIOG, RCC, USART6};
 
@@ -54,6 +55,7 @@ impl Wiring for NucleoF446ze {
     };
     const USART_PINS: [Pin; 2] = [Pin::new(GPIOG, 14), Pin::new(GPIOG, 9)];
     const USART_FUNCTION: u8 = 8;
+    const RX_PULL: Pupdr = Pupdr::PULL_UP;
     const DIRECTION: Pin = Pin::new(GPIOF, 15);
 
     const STOP: Pin = Pin::new(GPIOD, 15);

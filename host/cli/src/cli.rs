@@ -9,7 +9,7 @@ use crate::args::{OutputArgs, TaskArgs};
 use crate::commands::{
     Outcome, arm, bench, calibrate, clear, completions, config, design, diff, disarm, doctor,
     export, fault_campaign, foxglove, hand, identify, info, man, paper, params, plants, plot, push,
-    replay, run, scan, serve, servo, status, stop, sweep, watch,
+    replay, run, scan, serve, servo, setup, status, stop, sweep, watch,
 };
 
 /// Deterministic control of a two-joint Dynamixel arm.
@@ -33,6 +33,9 @@ pub(crate) enum Command {
     /// Serve the topics of a log live to viewers such as Foxglove.
     #[command(after_help = foxglove::EXAMPLES)]
     Foxglove(foxglove::FoxgloveArgs),
+    /// Go from an assembled board to the first motion, step by step.
+    #[command(after_help = setup::EXAMPLES)]
+    Setup(setup::SetupArgs),
     /// Show board, servo and link status.
     #[command(after_help = status::EXAMPLES)]
     Status(TaskArgs),
@@ -126,6 +129,7 @@ impl Command {
             Self::Run(args) => run::run(args),
             Self::Watch(args) => watch::run(args),
             Self::Foxglove(args) => foxglove::run(args),
+            Self::Setup(args) => setup::run(args),
             Self::Status(args) => status::run(args),
             Self::Arm(args) => arm::run(args),
             Self::Disarm(args) => disarm::run(args),

@@ -25,6 +25,8 @@ mod boot;
 mod drive;
 mod faults;
 mod robustness;
+mod served;
+mod setup;
 mod usb;
 
 use armbridge_client::Host;

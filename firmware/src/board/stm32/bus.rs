@@ -10,6 +10,7 @@ use super::wiring::Wiring;
 use crate::board::Chosen;
 use crate::crash::memory;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::pac::gpio::vals::Pupdr;
 
 /// The bus of this board.
 pub type Line = HalfDuplexBus<Chosen>;
@@ -66,8 +67,7 @@ fn set_up(clock_mhz: u32) {
         w.set_re(true);
     });
 
-    // The receive buffer is off while sending: its output floats, so the pin has a pull-up.
-    for pin in Chosen::USART_PINS {
-        pin.connect(Chosen::USART_FUNCTION);
-    }
+    let [tx, rx] = Chosen::USART_PINS;
+    tx.connect(Chosen::USART_FUNCTION, Pupdr::PULL_UP);
+    rx.connect(Chosen::USART_FUNCTION, Chosen::RX_PULL);
 }

@@ -56,13 +56,13 @@ impl Pin {
     /// characteristics).
     pub fn make_pulled_up(self) {
         self.enable_port();
-        self.pull_up();
+        self.pull(Pupdr::PULL_UP);
         self.set_mode(Moder::INPUT);
     }
 
-    /// Connects it to a peripheral by this alternate function, with a pull-up. Edges are of the
-    /// second speed, 10 ns: a bit is 0.5 µs at least.
-    pub fn connect(self, function: u8) {
+    /// Connects it to a peripheral by this alternate function. Edges are of the second
+    /// speed, 10 ns: a bit is 0.5 µs at least.
+    pub fn connect(self, function: u8, pull: Pupdr) {
         self.enable_port();
         let number = self.number;
         critical_section::with(|_| {
@@ -71,7 +71,7 @@ impl Pin {
             let speed = self.port.ospeedr();
             speed.modify(|w| w.set_ospeedr(number, Ospeedr::MEDIUM_SPEED));
         });
-        self.pull_up();
+        self.pull(pull);
         self.set_mode(Moder::ALTERNATE);
     }
 
@@ -80,9 +80,9 @@ impl Pin {
         critical_section::with(|_| self.port.moder().modify(|w| w.set_moder(self.number, mode)));
     }
 
-    fn pull_up(self) {
-        let pull = self.port.pupdr();
-        critical_section::with(|_| pull.modify(|w| w.set_pupdr(self.number, Pupdr::PULL_UP)));
+    fn pull(self, pull: Pupdr) {
+        let pulls = self.port.pupdr();
+        critical_section::with(|_| pulls.modify(|w| w.set_pupdr(self.number, pull)));
     }
 
     /// Enables the clock of its port: the bits are in the order of the ports (section 7.3.10).

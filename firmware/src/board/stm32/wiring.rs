@@ -6,6 +6,7 @@
 use super::pin::Pin;
 use embassy_stm32::interrupt::Interrupt;
 use embassy_stm32::pac::dma::{self, Dma};
+use embassy_stm32::pac::gpio::vals::Pupdr;
 use embassy_stm32::pac::usart::Usart;
 
 /// The source of the chip's high-speed clock.
@@ -71,10 +72,14 @@ pub trait Wiring: Send + Sync + 'static {
     const RX: Stream;
     /// Stream of bytes to send.
     const TX: Stream;
-    /// Pins of the USART.
+    /// Pins of the USART: TX and RX.
     const USART_PINS: [Pin; 2];
     /// Alternate function of these pins (data sheet, alternate function mapping).
     const USART_FUNCTION: u8;
+    /// Pull at RX: the receive buffer is off while sending, and its output floats. A pin that gets
+    /// 5 V bears no pull of the chip (data sheet, five-volt tolerant pins): its resistor is on
+    /// the board.
+    const RX_PULL: Pupdr;
     /// Direction of the servo bus, high to send.
     const DIRECTION: Pin;
 

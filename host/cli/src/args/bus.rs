@@ -17,7 +17,8 @@ pub(crate) struct BusArgs {
     pub(crate) patience: Duration,
 }
 
-fn patience(text: &str) -> Result<Duration, String> {
+/// A time-out of a reply in ms.
+pub(crate) fn patience(text: &str) -> Result<Duration, String> {
     match text.parse() {
         Ok(ms) if (1..=10_000).contains(&ms) => Ok(Duration::from_millis(ms)),
         _ => Err(format!(

@@ -12,7 +12,7 @@ pub(crate) mod suggestions;
 mod task;
 pub(crate) mod values;
 
-pub(crate) use bus::{BusArgs, baud};
+pub(crate) use bus::{BusArgs, baud, patience};
 pub(crate) use expose::ExposeArgs;
 pub(crate) use force::ForceArgs;
 pub(crate) use link::{LinkArgs, PaceName, SessionArgs};

@@ -1,4 +1,5 @@
-//! Armed with zero torque, until ctrl-c, after a time, or until a fault.
+//! Armed with zero torque, or holding the arm where it is, until ctrl-c, after a time, or
+//! until a fault.
 
 use std::time::Duration;
 
@@ -8,6 +9,7 @@ use armbridge_client::error::end_in_words;
 use armbridge_client::fault_text;
 use armbridge_client::session::{ARM_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
 use armbridge_client::status::{BoardStatus, FoundServos};
+use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{BoardReport, Command, Fault, LastEnd, Mode, Refusal, Trip};
 
 use super::{Task, TaskError, View};
@@ -29,14 +31,20 @@ pub enum Outcome {
     Reset(LastEnd),
     /// The link broke, and is back; the board is disarmed.
     Parted,
+    /// A joint left the place where it was to be held: by this angle in rad, the largest
+    /// allowed or more.
+    Strayed(f32),
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Step {
     /// Since the board has answered.
     Waiting(Option<u64>),
     Preparing(u64),
     Arming(u64),
+    /// For the answer to the command that holds the arm at these angles, which comes after the
+    /// motor check.
+    Engaging(u64, [f32; JOINTS]),
     Holding(u64),
     /// The link broke while it was armed.
     Lost,
@@ -45,6 +53,9 @@ enum Step {
 
 /// Longest time without a record, and without the account of a fault.
 const SILENCE_US: u64 = 1_000_000;
+/// Largest distance of a held joint from its place, in rad: 6 degrees, more than static friction
+/// and the motor check leave.
+const STRAY_MAX_RAD: f32 = 0.1;
 /// Time between two status lines.
 const REPORT_US: u64 = 1_000_000;
 
@@ -64,6 +75,11 @@ pub struct Arm {
     step: Step,
     /// Sets stock servos to wheel mode, which torque needs.
     prepares: bool,
+    /// Holds the arm where it is, instead of zero torque.
+    holds: bool,
+    /// Angles at which it holds the arm, and the largest distances so far, in rad.
+    held_at_rad: Option<[f32; JOINTS]>,
+    strayed_rad: f32,
     /// Ends by itself.
     lasts: Option<Duration>,
     report: Option<BoardReport>,
@@ -80,6 +96,9 @@ impl Arm {
         Self {
             step: Step::Waiting(None),
             prepares,
+            holds: false,
+            held_at_rad: None,
+            strayed_rad: 0.0,
             lasts,
             report: None,
             outcome: None,
@@ -97,6 +116,25 @@ impl Arm {
             report_line: Box::new(report_line),
             ..self
         }
+    }
+
+    /// The same, with the arm held where it is when the board arms.
+    #[must_use]
+    pub fn holding(self) -> Self {
+        Self {
+            holds: true,
+            ..self
+        }
+    }
+
+    /// Angles at which the arm is held, in rad, once the motors are checked.
+    pub fn held_at_rad(&self) -> Option<[f32; JOINTS]> {
+        self.held_at_rad
+    }
+
+    /// Largest distance of a joint from there, in rad.
+    pub fn strayed_rad(&self) -> f32 {
+        self.strayed_rad
     }
 
     /// How long the board was armed.
@@ -158,6 +196,16 @@ impl Arm {
 
     fn hold(&mut self, view: &mut View<'_>, since_us: u64) {
         self.held = Duration::from_micros(view.now_us.saturating_sub(since_us));
+        if let (Some(place), Some(record)) = (self.held_at_rad, view.session.status().record) {
+            let distances = [0, 1].map(|joint| (record.angle_rad[joint] - place[joint]).abs());
+            let [first, second] = distances;
+            self.strayed_rad = self.strayed_rad.max(first).max(second);
+            // A distance that is no number is too large as well.
+            if !distances.iter().all(|distance| *distance <= STRAY_MAX_RAD) {
+                self.end(view, Outcome::Strayed(self.strayed_rad));
+                return;
+            }
+        }
         if view.now_us >= self.report_us {
             self.report_us = view.now_us + REPORT_US;
             (self.report_line)(&line(view.session.status(), self.held));
@@ -234,6 +282,11 @@ impl Task for Arm {
                     self.report = view.session.status().report;
                     (self.record_times.at_us, self.record_times.armed_us) = (now_us, now_us);
                     self.step = Step::Holding(now_us);
+                    if let (true, Some(record)) = (self.holds, view.session.status().record) {
+                        let hold = Command::Regulate(record.angle_rad);
+                        view.session.request(now_us, Request::Command(hold));
+                        self.step = Step::Engaging(now_us, record.angle_rad);
+                    }
                 }
                 Some(Err(refusal)) => {
                     return Err(TaskError::Refused {
@@ -246,6 +299,29 @@ impl Task for Arm {
                 }
                 None => {}
             },
+            Step::Engaging(since_us, place) => {
+                if let Some(outcome) = self.misfortune(&view) {
+                    self.end(&mut view, outcome);
+                    return Ok(());
+                }
+                match view.session.take_answer() {
+                    Some(Ok(())) => {
+                        self.held_at_rad = Some(place);
+                        self.step = Step::Holding(now_us);
+                    }
+                    Some(Err(refusal)) => {
+                        return Err(TaskError::Refused {
+                            result: "the board refused to hold the arm",
+                            refusal,
+                        });
+                    }
+                    None if ctrl_c::is_raised() => self.end(&mut view, Outcome::Disarmed),
+                    None if now_us.saturating_sub(since_us) > ARM_TIMEOUT_US => {
+                        return Err(TaskError::NoAnswer);
+                    }
+                    None => {}
+                }
+            }
             Step::Holding(since_us) => match self.misfortune(&view) {
                 Some(outcome) => self.end(&mut view, outcome),
                 None => self.hold(&mut view, since_us),
@@ -257,7 +333,7 @@ impl Task for Arm {
     fn disconnected(&mut self, _now_us: u64) {
         self.step = match self.step {
             Step::Waiting(_) | Step::Preparing(_) => Step::Waiting(None),
-            Step::Arming(_) | Step::Holding(_) | Step::Lost => Step::Lost,
+            Step::Arming(_) | Step::Engaging(..) | Step::Holding(_) | Step::Lost => Step::Lost,
             Step::Over => Step::Over,
         };
     }
@@ -282,6 +358,7 @@ impl Outcome {
             Self::Silent => "silent",
             Self::Reset(_) => "reset",
             Self::Parted => "parted",
+            Self::Strayed(_) => "strayed",
         }
     }
 
@@ -319,6 +396,10 @@ impl Outcome {
                  armed again by itself"
                     .into()
             }
+            Self::Strayed(rad) => format!(
+                "the arm was to be held, and a joint moved by {rad:.2} rad: motors off; check \
+                 calibration, load and supply"
+            ),
         }
     }
 }

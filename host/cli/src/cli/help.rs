@@ -8,11 +8,12 @@ use clap::Command;
 use clap::builder::{Resettable, StyledStr};
 
 /// Purposes, each with its commands.
-const GROUPS: [(&str, &[&str]); 7] = [
+const GROUPS: [(&str, &[&str]); 6] = [
     ("Run", &["run", "watch", "foxglove"]),
     (
-        "Board",
+        "Board and servos",
         &[
+            "setup",
             "status",
             "arm",
             "disarm",
@@ -20,9 +21,10 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "clear",
             "calibrate",
             "params",
+            "scan",
+            "servo",
         ],
     ),
-    ("Servos", &["scan", "servo"]),
     ("Set up", &["design", "identify", "config", "doctor"]),
     ("Logs", &["info", "plot", "export", "diff", "replay"]),
     (

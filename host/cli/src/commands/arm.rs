@@ -72,6 +72,7 @@ pub(crate) fn run(args: &ArmedArgs) -> Outcome {
         | Ending::Released
         | Ending::Silent
         | Ending::Reset(_)
-        | Ending::Parted => 1,
+        | Ending::Parted
+        | Ending::Strayed(_) => 1,
     }))
 }

@@ -1,11 +1,8 @@
 //! `armbridge calibrate`: zero and sign of each joint, by hand.
 
-use std::io::{BufRead, IsTerminal};
 use std::process::ExitCode;
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
-use armbridge::board_tasks::TaskError;
-use armbridge::board_tasks::calibrate::{Calibrate, CalibrationOptions, Guide};
+use armbridge::board_tasks::calibrate::{Calibrate, CalibrationOptions};
 use armbridge::config::Config;
 use armbridge_client::stdio;
 use armbridge_log::text_table;
@@ -15,6 +12,7 @@ use armbridge_sim::link::Pace;
 use clap::Args;
 use serde_json::json;
 
+use super::terminal_guide::Terminal;
 use super::{Outcome, task};
 use crate::args::TaskArgs;
 
@@ -123,53 +121,4 @@ fn as_text(before: &[Joint<f32>; JOINTS], after: &[Joint<f32>; JOINTS]) -> Strin
         ]);
     }
     text_table::columns(&rows)
-}
-
-/// The person at the keyboard, or a script that is piped in.
-struct Terminal {
-    answers: Receiver<String>,
-    /// Counts can be written over each other.
-    is_live: bool,
-}
-
-impl Terminal {
-    fn new() -> Self {
-        let (sender, answers) = channel();
-        // Reading waits, and a link must not. The thread ends with the input, or with
-        // the program.
-        std::thread::spawn(move || {
-            for line in std::io::stdin().lock().lines().map_while(Result::ok) {
-                if sender.send(line).is_err() {
-                    return;
-                }
-            }
-        });
-        Self {
-            answers,
-            is_live: std::io::stderr().is_terminal(),
-        }
-    }
-}
-
-impl Guide for Terminal {
-    fn say(&mut self, line: &str) {
-        if self.is_live {
-            stdio::note_over("");
-        }
-        stdio::note(line);
-    }
-
-    fn show(&mut self, line: &str) {
-        if self.is_live {
-            stdio::note_over(format_args!("{line} "));
-        }
-    }
-
-    fn answer(&mut self) -> Result<Option<String>, TaskError> {
-        match self.answers.try_recv() {
-            Ok(line) => Ok(Some(line)),
-            Err(TryRecvError::Empty) => Ok(None),
-            Err(TryRecvError::Disconnected) => Err(TaskError::InputEnded),
-        }
-    }
 }

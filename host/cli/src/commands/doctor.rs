@@ -3,7 +3,6 @@
 //! Nothing is changed and no device is opened: opening a serial port can reset what is
 //! behind it.
 
-mod devices;
 mod tools;
 
 use std::fmt;
@@ -13,6 +12,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use armbridge::config::Config;
+use armbridge::device_permissions;
+use armbridge::finding::Finding;
 use armbridge_client::stdio::Stdout;
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
@@ -82,40 +83,6 @@ struct Check {
     result: Finding,
 }
 
-/// Result of a check.
-#[derive(Debug, PartialEq, Eq)]
-enum Finding {
-    /// It is there.
-    Ok(String),
-    /// It cannot be checked, or there is nothing to check.
-    Open(String),
-    /// It is missing: its name, and the command or action that adds it.
-    Missing { what: String, remedy: String },
-    /// It is there, but out of date: why, and the command that renews it.
-    #[cfg_attr(
-        not(unix),
-        expect(dead_code, reason = "an image, and there is no emulator")
-    )]
-    Stale { what: String, remedy: String },
-}
-
-impl Finding {
-    fn missing(what: impl Into<String>, remedy: impl Into<String>) -> Self {
-        let (what, remedy) = (what.into(), remedy.into());
-        Self::Missing { what, remedy }
-    }
-
-    /// State, text and remedy.
-    fn parts(&self) -> (&'static str, &str, Option<&str>) {
-        match self {
-            Self::Ok(found) => ("ok", found, None),
-            Self::Open(why) => ("n/a", why, None),
-            Self::Missing { what, remedy } => ("missing", what, Some(remedy)),
-            Self::Stale { what, remedy } => ("stale", what, Some(remedy)),
-        }
-    }
-}
-
 pub(crate) fn run(args: &DoctorArgs) -> Outcome {
     let checks = [
         (Job::Run, "output folder", output_folder()?),
@@ -124,8 +91,16 @@ pub(crate) fn run(args: &DoctorArgs) -> Outcome {
         (Job::Emulate, "firmware image", tools::image()),
         (Job::Flash, "Rust target", tools::rust_target()),
         (Job::Flash, "probe-rs", tools::probe_rs()),
-        (Job::Serial, "serial ports", devices::serial_ports()),
-        (Job::Usb, "USB permission", devices::usb_permission()),
+        (
+            Job::Serial,
+            "serial ports",
+            device_permissions::serial_ports(),
+        ),
+        (
+            Job::Usb,
+            "USB permission",
+            device_permissions::usb_permission(),
+        ),
         (
             Job::Parquet,
             "Parquet files",

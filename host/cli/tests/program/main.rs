@@ -25,6 +25,7 @@ mod scenarios;
 mod servo_bus;
 mod servos;
 mod settings;
+mod setup;
 #[cfg(unix)]
 mod signals;
 mod sweeps;

@@ -21,6 +21,9 @@ use crate::servo_bus::line::read_chunk;
 pub const VENDOR_ID: u16 = 0x1209;
 /// Product: its number for tests, which others use too.
 pub const PRODUCT_ID: u16 = 0x0001;
+/// Vendor and product of the ROM loader of the board's chip (ST's AN3156), which has no
+/// string of ours.
+const ROM_LOADER: (u16, u16) = (0x0483, 0xDF11);
 /// Rule by which udev lets every user open a board.
 pub const UDEV_RULE: &str = r#"ATTR{idVendor}=="1209", ATTR{idProduct}=="0001", MODE="0666""#;
 /// File for the rule.
@@ -55,6 +58,12 @@ pub enum UsbError {
     /// No board.
     #[error("no board is plugged in: check its USB cable and power; `lsusb` must show 1209:0001")]
     NoBoard,
+    /// The chip waits for a program.
+    #[error(
+        "a chip in its ROM loader is plugged in, and no board: it waits for its firmware, by \
+         `dfu-util`, or B0 is still wired to 3.3 V"
+    )]
+    RomLoader,
     /// No board with this serial number.
     #[error("no board has the serial number {wanted}; there is {}", .there.join(", "))]
     OtherSerial {
@@ -93,12 +102,16 @@ pub enum UsbError {
 /// # Errors
 /// If there is none, more than one, or it cannot be opened.
 pub fn open(serial: Option<&str>) -> Result<UsbLine, UsbError> {
-    let devices = nusb::list_devices()
+    let devices: Vec<DeviceInfo> = nusb::list_devices()
         .wait()
-        .map_err(|error| UsbError::List(error.into()))?;
-    let boards: Vec<DeviceInfo> = devices.filter(is_board).collect();
-    let serials: Vec<Option<&str>> = boards.iter().map(DeviceInfo::serial_number).collect();
-    let board = &boards[pick(&serials, serial)?];
+        .map_err(|error| UsbError::List(error.into()))?
+        .collect();
+    let has_loader = devices
+        .iter()
+        .any(|device| (device.vendor_id(), device.product_id()) == ROM_LOADER);
+    let boards: Vec<&DeviceInfo> = devices.iter().filter(|device| is_board(device)).collect();
+    let serials: Vec<Option<&str>> = boards.iter().map(|board| board.serial_number()).collect();
+    let board = boards[pick(&serials, serial, has_loader)?];
     let name = name(board.serial_number());
     let explain = |error: nusb::Error| explain(&name, error.kind(), error.into());
     let pipes = board
@@ -151,9 +164,14 @@ fn name(serial: Option<&str>) -> String {
 }
 
 /// Index of the requested board.
-fn pick(serials: &[Option<&str>], wanted: Option<&str>) -> Result<usize, UsbError> {
+fn pick(
+    serials: &[Option<&str>],
+    wanted: Option<&str>,
+    has_loader: bool,
+) -> Result<usize, UsbError> {
     let names = || serials.iter().map(|serial| name(*serial)).collect();
     match (serials, wanted) {
+        ([], _) if has_loader => Err(UsbError::RomLoader),
         ([], _) => Err(UsbError::NoBoard),
         ([_], None) => Ok(0),
         (_, None) => Err(UsbError::Several(names())),
@@ -225,8 +243,10 @@ mod tests {
     #[test]
     fn the_board_that_is_meant_is_found() {
         let (a, b) = (Some("A1"), Some("B2"));
-        assert_eq!(pick(&[None], None).unwrap(), 0);
-        assert_eq!(pick(&[a, b], b).unwrap(), 1);
+        assert_eq!(pick(&[None], None, false).unwrap(), 0);
+        assert_eq!(pick(&[a, b], b, true).unwrap(), 1);
+        let error = pick(&[], None, true).unwrap_err().to_string();
+        assert!(error.contains("B0 is still wired"), "{error}");
         for (there, wanted, words) in [
             (&[][..], None, "no board is plugged in"),
             (&[], a, "no board is plugged in"),
@@ -237,7 +257,7 @@ mod tests {
             ),
             (&[a, None], b, "serial number B2; there is usb:A1, usb:"),
         ] {
-            let error = pick(there, wanted).unwrap_err().to_string();
+            let error = pick(there, wanted, false).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");
         }
     }

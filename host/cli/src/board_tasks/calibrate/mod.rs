@@ -49,6 +49,20 @@ pub trait Guide {
     fn answer(&mut self) -> Result<Option<String>, TaskError>;
 }
 
+impl<G: Guide + ?Sized> Guide for &mut G {
+    fn say(&mut self, line: &str) {
+        (**self).say(line);
+    }
+
+    fn show(&mut self, line: &str) {
+        (**self).show(line);
+    }
+
+    fn answer(&mut self) -> Result<Option<String>, TaskError> {
+        (**self).answer()
+    }
+}
+
 /// Extent of a calibration.
 #[derive(Clone, Copy, Debug)]
 pub struct CalibrationOptions {

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use super::Finding;
+use armbridge::finding::Finding;
 
 /// Target of the firmware images.
 const TARGET: &str = "thumbv7em-none-eabihf";

@@ -1,10 +1,10 @@
 //! Permissions for serial ports and USB devices.
 
-use super::Finding;
+use crate::finding::Finding;
 
 /// Serial ports that the user may read and write.
 #[cfg(unix)]
-pub(super) fn serial_ports() -> Finding {
+pub fn serial_ports() -> Finding {
     use std::os::unix::fs::MetadataExt;
     use std::path::PathBuf;
 
@@ -57,13 +57,13 @@ fn group_name(id: u32) -> Option<String> {
 
 /// Serial ports that the user may read and write.
 #[cfg(not(unix))]
-pub(super) fn serial_ports() -> Finding {
+pub fn serial_ports() -> Finding {
     Finding::Open("this system needs no permission".into())
 }
 
 /// Whether udev lets the user open a board.
 #[cfg(target_os = "linux")]
-pub(super) fn usb_permission() -> Finding {
+pub fn usb_permission() -> Finding {
     use armbridge_client::transport::usb::{PRODUCT_ID, UDEV_RULE, UDEV_RULE_FILE, VENDOR_ID};
 
     if rustix::process::geteuid().is_root() {
@@ -104,6 +104,13 @@ pub(super) fn usb_permission() -> Finding {
 
 /// Whether the user may open a board.
 #[cfg(not(target_os = "linux"))]
-pub(super) fn usb_permission() -> Finding {
-    Finding::Open("this system needs no permission".into())
+pub fn usb_permission() -> Finding {
+    Finding::Open(
+        if cfg!(windows) {
+            "no permission is needed; Windows gives the board its driver, WinUSB, by itself"
+        } else {
+            "this system needs no permission"
+        }
+        .into(),
+    )
 }
