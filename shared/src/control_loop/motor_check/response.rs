@@ -10,7 +10,6 @@
 //! and near 0 for a joint that does not move; `v` is the speed from before, `f` a lean that the
 //! model has wrong. One count of noise leaves 0.06 of `r` at 1 kHz, dry friction takes 0.1.
 
-use crate::design::linear_solve;
 use nalgebra::{Matrix4, Vector4};
 
 /// Angle in which the equations of the fit are, in rad.
@@ -112,14 +111,28 @@ impl Response {
         fit.residual - self.noise >= UNDISTURBED
     }
 
-    /// The fit to the samples so far.
+    /// The fit to the samples so far; `None` if they do not determine it.
+    ///
+    /// The equations are symmetrical, and the response is their last unknown: once the others
+    /// are eliminated, its pivot is the inverse of its variance, and each pivot has taken its
+    /// part of the squares. Nothing is substituted back.
     pub(super) fn fit(&self) -> Option<Fit> {
-        let last = Vector4::new(0.0, 0.0, 0.0, 1.0);
-        let [fit, inverse] = linear_solve::solve(&self.normal, [&self.right, &last])?;
-        Some(Fit {
-            response: fit.w,
-            variance: inverse.w,
-            residual: (self.squares - fit.dot(&self.right)) / self.normal.m11,
+        let (mut rest, mut right, mut squares) = (self.normal, self.right, self.squares);
+        for column in 0..3 {
+            let pivot = rest[(column, column)];
+            if pivot <= 0.0 {
+                return None;
+            }
+            let (of_pivot, explained) = (rest.column(column) / pivot, right[column]);
+            rest -= of_pivot * rest.column(column).transpose();
+            right -= of_pivot * explained;
+            squares -= explained * explained / pivot;
+        }
+        let (pivot, explained) = (rest.m44, right.w);
+        (pivot > 0.0).then(|| Fit {
+            response: explained / pivot,
+            variance: 1.0 / pivot,
+            residual: (squares - explained * explained / pivot) / self.normal.m11,
         })
     }
 }
