@@ -1,13 +1,17 @@
 //! Tells the program which commit it is built from: `ARMBRIDGE_GIT`, the hash, with
 //! `-dirty` behind it if the sources differ; `unknown` where there is no repository,
-//! as in an archive of the sources.
+//! as in an archive of the sources. `ARMBRIDGE_COMMIT` takes its place: a release has the
+//! commit that it was built from.
 
 use std::path::Path;
 use std::process::Command;
 
 fn main() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let hash = hash(&root).unwrap_or_else(|| "unknown".into());
+    println!("cargo::rerun-if-env-changed=ARMBRIDGE_COMMIT");
+    let given = std::env::var("ARMBRIDGE_COMMIT").ok();
+    let hash = given.or_else(|| hash(&root));
+    let hash = hash.unwrap_or_else(|| "unknown".into());
     println!("cargo::rustc-env=ARMBRIDGE_GIT={hash}");
     // Asked again when the sources change, and not for each commit: what was built
     // before a commit is its parent, and dirty.

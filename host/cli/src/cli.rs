@@ -38,7 +38,7 @@ pub(crate) enum Command {
     Setup(setup::SetupArgs),
     /// Show board, servo and link status.
     #[command(after_help = status::EXAMPLES)]
-    Status(TaskArgs),
+    Status(status::StatusArgs),
     /// Make the arm ready to move, with zero torque, until ctrl-c.
     #[command(after_help = arm::EXAMPLES)]
     Arm(arm::ArmedArgs),

@@ -4,13 +4,18 @@
 //! A request to terminate and a terminal that hangs up set it as well. A second ctrl-c ends
 //! the program at once; a second hang-up does not: a terminal that closes sends one to the
 //! program and one through its shell, and the motors must be switched off first.
+//!
+//! | system | handlers | signals |
+//! |---|---|---|
+//! | Unix | `signal-hook`, which tells signals apart | all of [`Signal`] |
+//! | Windows | `ctrlc`: a thread of its own, as consoles have it | every event is [`Signal::Interrupt`]: ctrl-c, ctrl-break |
+//!
+//! Windows ends a program whose window is closed without waiting for it, as a kill does: a
+//! board switches its motors off when its host's heartbeats stop.
 
 use std::io;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock};
-
-use signal_hook::consts::SIGINT;
-use signal_hook::flag;
 
 /// A signal that ends the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,19 +106,34 @@ pub fn listen() -> Result<(), ListenError> {
     INSTALLED.map_err(|kind| ListenError(kind.into()))
 }
 
+#[cfg(unix)]
 fn install() -> io::Result<()> {
+    use std::sync::atomic::AtomicBool;
+
+    use signal_hook::{consts::SIGINT, flag};
+
     // Before the flag is set by the same ctrl-c.
     let interrupted = Arc::new(AtomicBool::new(false));
     let code = Signal::Interrupt.exit_code();
     flag::register_conditional_shutdown(SIGINT, code.into(), Arc::clone(&interrupted))?;
     flag::register(SIGINT, interrupted)?;
     for signal in Signal::ALL {
-        #[cfg(not(unix))]
-        if signal == Signal::HangUp {
-            continue;
-        }
         let number = signal.number();
         flag::register_usize(number.into(), Arc::clone(&RAISED), number.into())?;
     }
     Ok(())
+}
+
+#[cfg(not(unix))]
+fn install() -> io::Result<()> {
+    let set = ctrlc::set_handler(|| {
+        let number = Signal::Interrupt.number();
+        if RAISED.swap(number.into(), Ordering::Relaxed) > 0 {
+            std::process::exit(Signal::Interrupt.exit_code().into());
+        }
+    });
+    set.map_err(|error| match error {
+        ctrlc::Error::System(error) => error,
+        other => io::Error::other(other),
+    })
 }

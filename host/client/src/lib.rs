@@ -16,6 +16,7 @@
 //! | [`servo_table`]  | servos' registers by name                                  |
 //! | [`stdio`]        | standard output and error, which may be closed             |
 //! | [`shell_text`]   | words of a command line                                    |
+//! | [`flash_image`], [`image_list`] | a board's image in flash, and those of a release |
 //! | [`ctrl_c`]       | signals that end the program, as a flag                    |
 //! | [`enum_names`], [`fault_text`], [`refusal_text`], [`experiment_text`] | enums as names, and as sentences |
 #![forbid(unsafe_code)]
@@ -30,7 +31,9 @@ pub mod event;
 pub mod event_queue;
 pub mod experiment_text;
 pub mod fault_text;
+pub mod flash_image;
 pub mod host;
+pub mod image_list;
 pub mod number_text;
 pub mod params;
 #[cfg(unix)]

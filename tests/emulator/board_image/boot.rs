@@ -1,5 +1,6 @@
 //! Boot: the first bytes on the bus, clocks, and the states that a chip may start in.
 
+use armbridge_client::flash_image::{ERASED, FlashImage};
 use armbridge_client::host::NoHost;
 use armbridge_shared::bridge::SERVO_IDS;
 use armbridge_shared::link::message::{End, Fault, Mode, StopSource, ToBoard};
@@ -8,6 +9,7 @@ use armbridge_stm32_emulator::core::Start;
 use armbridge_stm32_emulator::peripherals::rcc::Reset;
 use armbridge_stm32_emulator::system::Unmodelled;
 use armbridge_tests::board_image::BoardRun;
+use armbridge_tests::paths;
 use armbridge_tests::tapped_bench::{Action, ScriptedHost};
 
 use super::{ON_USB_MS, TestBoard, settings_sectors, until_configured, us};
@@ -66,6 +68,20 @@ fn motors_are_off_first_and_clocks_are_those_that_the_program_names(board: TestB
         .collect();
     assert_eq!(odd, []);
     assert_eq!(run.machine.resets().len(), 1);
+}
+
+/// What `cargo release` lists, and `armbridge status` compares.
+fn the_board_reports_the_checksum_of_its_file(board: TestBoard) {
+    let mut run = board.with(listener()).powered_up();
+    until_configured(&mut run, ON_USB_MS);
+    run.run_for(50);
+    let elf = std::fs::read(paths::firmware(board.image)).unwrap();
+    let image = FlashImage::of_elf(&elf, ERASED).unwrap();
+    assert_eq!(run.report().unwrap().image, Some(image.crc32()));
+    // The bytes of a .bin file are those that the board runs.
+    let flash = run.machine.system.flash.bytes();
+    assert_eq!(image.address, 0x0800_0000);
+    assert!(flash.starts_with(&image.bytes));
 }
 
 /// The ROM loader jumps to a program with its own vectors, stack and clocks.
@@ -151,4 +167,5 @@ on_each_board! {
     a_program_that_the_rom_loader_started_resets_the_chip_once,
     a_board_without_a_crystal_says_so_and_drives_nothing,
     time_goes_on_after_flash_was_erased_at_boot,
+    the_board_reports_the_checksum_of_its_file,
 }

@@ -21,8 +21,11 @@ mod no_panic;
 mod output;
 mod packages;
 mod paths;
+mod release;
 mod setup;
 mod steps;
+mod tree_copy;
+mod wine;
 
 use std::process::ExitCode;
 

@@ -15,8 +15,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use crate::output::{Output, cargo, printed};
-use crate::paths;
+use crate::output::{Output, cargo};
+use crate::{paths, tree_copy};
 use table::{Cases, Judge, MUTATIONS, Mutation};
 
 /// Cases by which a mutation is caught: one or two may be at a limit that any change of the code
@@ -100,18 +100,7 @@ impl Copy {
             tree: folder.join("tree"),
             target: folder.join("target"),
         };
-        let files = printed("git ls-files").ok_or("git cannot list the tracked files")?;
-        let _ = fs::remove_dir_all(&copy.tree);
-        for file in files.lines() {
-            let (from, to) = (paths::root().join(file), copy.tree.join(file));
-            // A file that was deleted and not yet committed is not there.
-            if from.is_file() {
-                let parent = to.parent().unwrap_or(&copy.tree);
-                fs::create_dir_all(parent)
-                    .and_then(|()| fs::copy(&from, &to))
-                    .map_err(|e| format!("cannot copy {file}: {e}"))?;
-            }
-        }
+        tree_copy::make(&copy.tree)?;
         Ok(copy)
     }
 

@@ -10,8 +10,12 @@ use crate::output::{Output, printed, succeeds};
 use crate::packages::Program;
 use crate::paths;
 
-/// Targets: of both firmware images, and of the program on Windows.
-const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "x86_64-pc-windows-gnu"];
+/// Targets: of both firmware images, and of the program on Windows and macOS.
+const TARGETS: [&str; 3] = [
+    "thumbv7em-none-eabihf",
+    "x86_64-pc-windows-gnu",
+    "aarch64-apple-darwin",
+];
 
 /// Formatter, linter and targets, by rustup where one is missing; the test runner, by
 /// cargo.
@@ -90,6 +94,41 @@ pub(crate) fn compiler(out: &Output) -> Result<(), String> {
         packages: ["g++", "gcc-c++", "gcc", "gcc"],
     };
     compiler.ensure(out)
+}
+
+/// The linker of programs for Windows.
+pub(crate) fn mingw(out: &Output) -> Result<(), String> {
+    let linker = Program {
+        name: "MinGW-w64",
+        check: "x86_64-w64-mingw32-gcc --version".to_owned(),
+        packages: [
+            "gcc-mingw-w64-x86-64",
+            "mingw64-gcc",
+            "mingw-w64-gcc",
+            "mingw-w64",
+        ],
+    };
+    linker.ensure(out)
+}
+
+/// The environment in which a program for Windows runs.
+pub(crate) fn wine(out: &Output) -> Result<(), String> {
+    let wine = Program {
+        name: "Wine",
+        check: "wine --version".to_owned(),
+        packages: ["wine wine64", "wine", "wine", "wine-stable"],
+    };
+    wine.ensure(out)
+}
+
+/// The program that flashes DFU files.
+pub(crate) fn dfu_util(out: &Output) -> Result<(), String> {
+    let dfu_util = Program {
+        name: "dfu-util",
+        check: "dfu-suffix --version".to_owned(),
+        packages: ["dfu-util"; 4],
+    };
+    dfu_util.ensure(out)
 }
 
 /// A virtual environment with the Python clients, in cargo's target folder.

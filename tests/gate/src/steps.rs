@@ -1,7 +1,7 @@
 //! Steps of the gate and of the campaign, in order of their cost within each lane.
 
 use crate::output::Output;
-use crate::{fuzz, host, images, miri, mutations, no_panic, setup};
+use crate::{fuzz, host, images, miri, mutations, no_panic, release, setup, wine};
 
 /// A step that must pass.
 #[derive(Clone, Copy)]
@@ -84,7 +84,7 @@ pub(crate) const GATE: &[Step] = &[
     step(
         Lane::Host,
         "rust",
-        "formatter, linter, test runner and the targets of board and Windows are there",
+        "formatter, linter, test runner and the targets of board, Windows and macOS are there",
         Work::Do(setup::rust),
     ),
     host_lines(
@@ -186,8 +186,16 @@ pub(crate) const GATE: &[Step] = &[
         "the program compiles for Windows, without warnings",
         // What Windows lacks is left out there, and has the interface of the others.
         &[
-            "clippy --package armbridge --target x86_64-pc-windows-gnu -- -D warnings \
-             -A clippy::unnecessary_wraps -A clippy::unused_self",
+            "clippy --package armbridge --features full --target x86_64-pc-windows-gnu \
+             -- -D warnings -A clippy::unnecessary_wraps -A clippy::unused_self",
+        ],
+    ),
+    board_lines(
+        "macos",
+        "the program compiles for macOS, without warnings; it is not linked",
+        &[
+            "clippy --package armbridge --features full --target aarch64-apple-darwin \
+           -- -D warnings -A clippy::unnecessary_wraps -A clippy::unused_self",
         ],
     ),
     step(
@@ -240,6 +248,18 @@ pub(crate) const CAMPAIGN: &[Step] = &[
         "miri-long",
         "the seeds of the fuzz targets do with memory only what they may",
         Work::Do(miri::seeds),
+    ),
+    step(
+        Lane::Board,
+        "release",
+        "the files to download are equal bit for bit from two folders",
+        Work::Do(release::reproducible),
+    ),
+    step(
+        Lane::Board,
+        "wine",
+        "the program for Windows runs under Wine, and ctrl-c switches the motors off",
+        Work::Do(wine::run),
     ),
     step(
         Lane::Board,

@@ -9,7 +9,7 @@ use clap::Args;
 #[derive(Args, Clone, Debug)]
 pub(crate) struct BusArgs {
     /// The bus: `serial:` for the transparent port of the board that is plugged in, a
-    /// serial device such as /dev/ttyUSB0, `tcp://HOST:PORT` or `pty:///dev/pts/3`.
+    /// serial device such as /dev/ttyUSB0 or COM3, `tcp://HOST:PORT` or `pty:///dev/pts/3`.
     #[arg(long, global = true, visible_alias = "link", value_name = "URI")]
     pub(crate) port: Option<Port>,
     /// Time-out of a reply beyond its time on the wire, in ms.

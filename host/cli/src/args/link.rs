@@ -10,8 +10,8 @@ use super::{ArmArgs, VirtualServoArgs};
 /// The link to the board.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct LinkArgs {
-    /// Link to the board: usb:, serial:, `serial:///dev/ttyACM0`, tcp://HOST:PORT, pty:,
-    /// sim: for the simulation or emulate: for the emulator
+    /// Link to the board: usb:, serial:, `serial:///dev/ttyACM0`, serial:COM3,
+    /// tcp://HOST:PORT, pty:, sim: for the simulation or emulate: for the emulator
     /// [default: `ARMBRIDGE_LINK`, or link in armbridge.toml, or sim:].
     #[arg(long, value_name = "URI")]
     pub(crate) link: Option<BoardUri>,

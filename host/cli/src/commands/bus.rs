@@ -4,16 +4,19 @@ use std::io::IsTerminal;
 
 use armbridge_client::servo_bus::{BusMaster, Line};
 use armbridge_client::stdio;
+use armbridge_client::transport::device_names::DEVICE;
 
 use super::Error;
 use crate::args::BusArgs;
 
 /// A client on the port, which a serial device offers at `baud`.
 pub(super) fn open(args: &BusArgs, baud: u32) -> Result<BusMaster<Box<dyn Line>>, Error> {
-    let port = args.port.as_ref().ok_or(
-        "--port is missing: the serial device of the adapter, for example /dev/ttyUSB0, serial: for \
-         the board's transparent port, or tcp://HOST:PORT",
-    )?;
+    let port = args.port.as_ref().ok_or_else(|| {
+        format!(
+            "--port is missing: the serial device of the adapter, for example {DEVICE}, serial: \
+             for the board's transparent port, or tcp://HOST:PORT"
+        )
+    })?;
     let line = port.open(baud)?;
     if let Some(hint) = port.latency_timer().and_then(|timer| timer.hint()) {
         stdio::note(format_args!("{port}: {hint}"));

@@ -20,7 +20,7 @@ use crate::args::{BusArgs, baud};
 pub(crate) const EXAMPLES: &str = "\
 Examples:
   armbridge scan --port serial:
-  armbridge scan --port /dev/ttyUSB0
+  armbridge scan --port /dev/ttyUSB0      on Windows: --port COM3
   armbridge scan --port tcp://127.0.0.1:7000 --ids 0..253
   armbridge scan --port /dev/ttyACM1 --bauds 1000000 --json
 

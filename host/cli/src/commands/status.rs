@@ -1,6 +1,7 @@
 //! `armbridge status`: board, servo and link status.
 
 use std::io::Write;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use armbridge::board_tasks::TaskHost;
@@ -8,6 +9,7 @@ use armbridge::board_tasks::status::Status;
 use armbridge_client::enum_names;
 use armbridge_client::error::end_in_words;
 use armbridge_client::fault_text;
+use armbridge_client::image_list::{ImageList, ImageListError};
 use armbridge_client::status::FoundServos;
 use armbridge_client::stdio::Stdout;
 use armbridge_log::text_table;
@@ -16,6 +18,7 @@ use armbridge_shared::link::message::{BoardReport, End, SettingsFrom, SettingsGr
 use armbridge_shared::link::server::LinkRole;
 use armbridge_shared::servo::Firmware;
 use armbridge_sim::link::{BoardUri, Pace};
+use clap::Args;
 use serde_json::{Value, json};
 
 use super::{Outcome, task};
@@ -26,23 +29,46 @@ Examples:
   armbridge status                        of the simulated board
   armbridge status --link serial:         of the board that is plugged in
   armbridge status --link tcp://127.0.0.1:7001 --json
+  armbridge status --link serial: --images images.json
 
 A hello disarms the board, as a link has one host. Of a served board that
 another program commands, the status is what that program receives. If another
 program has the link alone, the command reports that and does nothing.";
 
-pub(crate) fn run(args: &TaskArgs) -> Outcome {
-    let (uri, host) = task::go(args, "status", Pace::Free, Status::default())?;
+/// The link, and the images to compare the board's with.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct StatusArgs {
+    #[command(flatten)]
+    task: TaskArgs,
+    /// List of a release's images, to compare the board's with
+    /// [default: images.json beside the program, if it is there].
+    #[arg(long, value_name = "FILE")]
+    images: Option<PathBuf>,
+}
+
+impl StatusArgs {
+    fn list(&self) -> Result<Option<ImageList>, ImageListError> {
+        match &self.images {
+            Some(path) => ImageList::open(path).map(Some),
+            None => ImageList::beside_program(),
+        }
+    }
+}
+
+pub(crate) fn run(args: &StatusArgs) -> Outcome {
+    // Before the board, which is disarmed by a hello.
+    let list = args.list()?;
+    let (uri, host) = task::go(&args.task, "status", Pace::Free, Status::default())?;
     let mut out = Stdout;
-    if args.json {
-        writeln!(out, "{}", as_json(&uri, &host))?;
+    if args.task.json {
+        writeln!(out, "{}", as_json(&uri, &host, list.as_ref()))?;
     } else {
-        write!(out, "{}", as_text(&uri, &host))?;
+        write!(out, "{}", as_text(&uri, &host, list.as_ref()))?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn as_text(uri: &BoardUri, host: &TaskHost<Status>) -> String {
+fn as_text(uri: &BoardUri, host: &TaskHost<Status>, list: Option<&ImageList>) -> String {
     let mut rows = vec![
         ["link".to_owned(), format!("{uri} ({})", uri.world())],
         ["board".into(), board(host)],
@@ -51,7 +77,7 @@ fn as_text(uri: &BoardUri, host: &TaskHost<Status>) -> String {
         rows.push(["last end".into(), last_end(&report)]);
         rows.push(["settings".into(), settings_from(report.settings)]);
         rows.push(["stack".into(), stack(&report)]);
-        rows.push(["image".into(), image(&report)]);
+        rows.push(["image".into(), image(&report, list)]);
     }
     rows.push(["servos".into(), servos(host)]);
     rows.extend(mode(host));
@@ -142,11 +168,12 @@ fn stack(report: &BoardReport) -> String {
     )
 }
 
-fn image(report: &BoardReport) -> String {
-    report.image.map_or_else(
-        || "none in flash: the program is not run from there".into(),
-        |crc| format!("CRC-32 {crc:08x}"),
-    )
+fn image(report: &BoardReport, list: Option<&ImageList>) -> String {
+    match (report.image, list) {
+        (None, _) => "none in flash: the program is not run from there".into(),
+        (Some(crc), None) => format!("CRC-32 {crc:08x}"),
+        (Some(crc), Some(list)) => format!("CRC-32 {crc:08x}: {}", list.in_words(crc)),
+    }
 }
 
 /// Who commands a served board.
@@ -266,8 +293,10 @@ fn round_trip(host: &TaskHost<Status>) -> String {
     )
 }
 
-fn as_json(uri: &BoardUri, host: &TaskHost<Status>) -> Value {
+fn as_json(uri: &BoardUri, host: &TaskHost<Status>, list: Option<&ImageList>) -> Value {
     let status = host.session.status();
+    let image = status.report.and_then(|report| report.image);
+    let listed = image.and_then(|crc| list?.find(crc));
     let stats = host.session.stats();
     let mode = status.mode();
     let joints: Vec<Value> = (0..JOINTS)
@@ -291,7 +320,9 @@ fn as_json(uri: &BoardUri, host: &TaskHost<Status>) -> Value {
         "settings": status.report.map(|report| settings_from(report.settings)),
         "stack_used_bytes": status.report.and_then(|report| report.stack).map(|stack| stack.used),
         "stack_size_bytes": status.report.and_then(|report| report.stack).map(|stack| stack.size),
-        "image_crc32": status.report.and_then(|report| report.image).map(|crc| format!("{crc:08x}")),
+        "image_crc32": image.map(|crc| format!("{crc:08x}")),
+        "image_release": list.map(|list| &list.version),
+        "image_board": listed.map(|image| &image.board),
         "firmware": status.servos.map(|servos| servos.firmware.to_string()),
         "baud": status.servos.map(|servos| servos.baud),
         "ready": status.servos.map(|servos| servos.is_ready),

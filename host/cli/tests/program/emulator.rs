@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, SystemTime};
 
+use serde_json::json;
+
 /// Any free port.
 const ANY_PORT: &str = "tcp://127.0.0.1:0";
 
@@ -118,6 +120,21 @@ fn the_image_that_runs_is_named_as_the_board_reports_it() {
     let status = String::from_utf8(output.stdout).unwrap();
     let row = status.lines().find(|line| line.contains("image")).unwrap();
     assert!(row.trim_end().ends_with(crc), "{crc}: {row}");
+
+    // Compared with the images of a release.
+    let digits = crc.strip_prefix("CRC-32 ").unwrap();
+    for (listed, words) in [
+        (digits, "the image for mps2-an386 of release 7.8.9"),
+        ("00000000", "none of release 7.8.9 (mps2-an386 00000000)"),
+    ] {
+        let image = json!({ "board": "mps2-an386", "image_crc32": listed, "sha256": "" });
+        let list = json!({ "version": "7.8.9", "commit": "", "images": [image] });
+        fs::write(runs.path().join("images.json"), list.to_string()).unwrap();
+        let args = ["status", "--link", &link, "--images", "images.json"];
+        let output = run(runs.path(), &args);
+        let status = String::from_utf8(output.stdout).unwrap();
+        assert!(status.contains(&format!("{crc}: {words}")), "{status}");
+    }
 }
 
 #[test]

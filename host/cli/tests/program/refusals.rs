@@ -64,6 +64,23 @@ fn places_that_nothing_can_listen_on_are_not_offered() {
     program.refuses(&same, &["--listen and --transparent are both", "two ports"]);
 }
 
+#[test]
+fn a_list_of_images_is_read_before_the_board_is_asked() {
+    let program = Program::new("refusals-images");
+    program.refuses(&["status", "--images", "gone.json"], &["gone.json"]);
+    program.write("images.json", "{ \"version\": 1 }");
+    let args = ["status", "--images", "images.json"];
+    program.refuses(&args, &["images.json", "line 1", "cargo release"]);
+    program.write(
+        "images.json",
+        r#"{ "version": "7.8.9", "commit": "", "images": [] }"#,
+    );
+    let status = program.json(&[&args[..], &["--json"]].concat());
+    assert_eq!(status["image_release"], "7.8.9");
+    // The simulation is not run from flash.
+    assert!(status["image_crc32"].is_null() && status["image_board"].is_null());
+}
+
 #[cfg(unix)]
 #[test]
 fn a_pseudo_terminal_that_is_gone_is_no_matter_of_plugs() {

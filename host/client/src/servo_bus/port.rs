@@ -8,6 +8,7 @@ use std::str::FromStr;
 use super::line::{Line, TcpLine};
 use super::serial_device::{self, DeviceError, LatencyTimer};
 use crate::endpoint::{Endpoint, OpenError};
+use crate::transport::device_names::DEVICE;
 use crate::transport::usb_discovery::FindError;
 use crate::transport::{LinkUri, LinkUriError, usb_discovery};
 
@@ -31,7 +32,7 @@ pub enum PortError {
     /// Not a link, or one without a bus.
     #[error(
         "`{0}` carries no servo bus: expected tcp://HOST:PORT, serial: for the board's transparent \
-         port, or a serial device such as /dev/ttyUSB0"
+         port, or a serial device such as {DEVICE}"
     )]
     NoBus(String),
 }

@@ -40,6 +40,9 @@ fn advice(path: &Path, error: &io::Error) -> &'static str {
         io::ErrorKind::NotFound if path.starts_with("/dev/pts") => {
             "does the program that offers this pseudo-terminal still run?"
         }
+        io::ErrorKind::NotFound if cfg!(windows) => {
+            "is it plugged in? See the ports in the Device Manager"
+        }
         io::ErrorKind::NotFound => "is it plugged in? See /dev/serial/by-id",
         io::ErrorKind::PermissionDenied => {
             "you may have to be in its group, often `dialout`: see `ls -l`"
@@ -55,6 +58,8 @@ fn advice(path: &Path, error: &io::Error) -> &'static str {
 pub fn open(path: &Path, baud: u32) -> Result<SerialLine, DeviceError> {
     let failed = |error: io::Error| match error.kind() {
         io::ErrorKind::ResourceBusy | io::ErrorKind::WouldBlock => DeviceError::Busy(path.into()),
+        // Windows opens a port once, and denies access to others.
+        io::ErrorKind::PermissionDenied if cfg!(windows) => DeviceError::Busy(path.into()),
         _ => DeviceError::Open {
             path: path.into(),
             error,
@@ -72,6 +77,14 @@ pub fn open(path: &Path, baud: u32) -> Result<SerialLine, DeviceError> {
             error,
         }),
     }
+}
+
+/// Names of the serial ports that this system lists, by number; none where it lists none.
+pub fn names() -> Vec<String> {
+    let ports = SerialPort::available_ports().unwrap_or_default();
+    let mut names: Vec<String> = ports.iter().map(|it| it.display().to_string()).collect();
+    names.sort_by_key(|name| (name.len(), name.clone()));
+    names
 }
 
 /// Locks the device: two hosts on one link disturb each other.

@@ -28,6 +28,7 @@
 //! | [`touch`](touch::touch) | a hand on the simulated arm behind a served link  |
 
 mod clock;
+pub mod device_names;
 mod disconnect_guard;
 mod failure;
 mod link_filter;

@@ -45,6 +45,7 @@ impl<'a> Opener<'a> {
     pub(super) fn open(&mut self) -> Result<Box<dyn Line>, TransportError> {
         Ok(match self.uri {
             LinkUri::Usb(serial) => Box::new(usb::open(serial.as_deref())?),
+            LinkUri::Serial(None) if !usb_discovery::IS_SUPPORTED => Box::new(usb::open(None)?),
             LinkUri::Serial(None) => {
                 let found = usb_discovery::find()?;
                 if found.has_pipes {

@@ -5,9 +5,14 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use super::LinkUri;
+use super::device_names::SERIAL_LINK;
 use crate::endpoint::EndpointError;
 
 /// All forms of a link, for errors and help.
+#[cfg(windows)]
+pub const CHOICES: &str = "usb:, usb:SERIAL, serial:, serial:COM3 or tcp://HOST:PORT";
+/// All forms of a link, for errors and help.
+#[cfg(not(windows))]
 pub const CHOICES: &str = "usb:, usb:SERIAL, serial:, serial:///dev/ttyACM0, tcp://HOST:PORT, \
                            pty: or pty:///dev/pts/3";
 
@@ -21,7 +26,10 @@ pub enum LinkUriError {
     #[error(transparent)]
     Endpoint(#[from] EndpointError),
     /// An empty path.
-    #[error("`{0}` names no device: write {scheme}:///dev/... or {scheme}: alone", scheme = .0.split(':').next().unwrap_or_default())]
+    #[error(
+        "`{0}` names no device: write one behind it, as in {SERIAL_LINK}, or {scheme}: alone",
+        scheme = .0.split(':').next().unwrap_or_default()
+    )]
     NoPath(String),
 }
 
@@ -30,8 +38,8 @@ impl FromStr for LinkUri {
 
     fn from_str(name: &str) -> Result<Self, LinkUriError> {
         // The plain path of a device is accepted for convenience.
-        if name.starts_with('/') || is_windows_port(name) {
-            return Ok(Self::Serial(Some(name.into())));
+        if name.starts_with('/') || windows_port(name).is_some() {
+            return Ok(Self::Serial(Some(device(name))));
         }
         let unknown = || LinkUriError::Scheme(name.into());
         let (scheme, rest) = name.split_once(':').ok_or_else(unknown)?;
@@ -47,9 +55,19 @@ impl FromStr for LinkUri {
     }
 }
 
-fn is_windows_port(name: &str) -> bool {
-    let number = name.strip_prefix("COM").unwrap_or_default();
-    !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit())
+/// The port of Windows with this name, in one spelling: `COM3`, `com3` and `\\.\COM3` are
+/// the same.
+fn windows_port(name: &str) -> Option<String> {
+    let name = name.strip_prefix(r"\\.\").unwrap_or(name);
+    let (letters, number) = name.split_at_checked(3)?;
+    let is_port = letters.eq_ignore_ascii_case("COM")
+        && !number.is_empty()
+        && number.bytes().all(|byte| byte.is_ascii_digit());
+    is_port.then(|| format!("COM{number}"))
+}
+
+fn device(name: &str) -> PathBuf {
+    windows_port(name).map_or_else(|| name.into(), PathBuf::from)
 }
 
 fn some(text: &str) -> Option<&str> {
@@ -60,8 +78,8 @@ fn some(text: &str) -> Option<&str> {
 fn path(name: &str, rest: &str) -> Result<Option<PathBuf>, LinkUriError> {
     match rest.strip_prefix("//") {
         Some("") => Err(LinkUriError::NoPath(name.into())),
-        Some(path) => Ok(Some(path.into())),
-        None => Ok(some(rest).map(PathBuf::from)),
+        Some(path) => Ok(Some(device(path))),
+        None => Ok(some(rest).map(device)),
     }
 }
 
@@ -70,7 +88,10 @@ impl fmt::Display for LinkUri {
         match self {
             Self::Usb(serial) => write!(f, "usb:{}", serial.as_deref().unwrap_or_default()),
             Self::Serial(None) => write!(f, "serial:"),
-            Self::Serial(Some(path)) => write!(f, "serial://{}", path.display()),
+            Self::Serial(Some(path)) => match path.to_str().and_then(windows_port) {
+                Some(port) => write!(f, "serial:{port}"),
+                None => write!(f, "serial://{}", path.display()),
+            },
             Self::Tcp(endpoint) => endpoint.fmt(f),
             Self::Pty(None) => write!(f, "pty:"),
             Self::Pty(Some(path)) => write!(f, "pty://{}", path.display()),
@@ -103,7 +124,11 @@ mod tests {
         // Other accepted forms.
         for (name, same) in [
             ("/dev/ttyACM0", "serial:///dev/ttyACM0"),
-            ("COM3", "serial://COM3"),
+            ("COM3", "serial:COM3"),
+            ("com12", "serial:COM12"),
+            (r"\\.\COM10", "serial:COM10"),
+            ("serial:COM10", "serial:COM10"),
+            ("serial://com3", "serial:COM3"),
             ("serial:/dev/ttyACM0", "serial:///dev/ttyACM0"),
         ] {
             assert_eq!(name.parse::<LinkUri>().unwrap().to_string(), same);
@@ -114,10 +139,15 @@ mod tests {
     fn errors_list_the_valid_forms() {
         for (name, words) in [
             ("", "expected usb:"),
-            ("sym:", "pty:///dev/pts/3"),
-            ("ttyACM0", "serial:///dev/ttyACM0"),
+            ("sym:", CHOICES),
+            ("ttyACM0", SERIAL_LINK),
+            // A path with a drive is no scheme.
+            (r"C:\logs\run.mcap", r"`C:\logs\run.mcap` is no link"),
+            ("C:/logs/run.mcap", "is no link"),
+            ("COM", "is no link"),
+            ("COMPUTER3", "is no link"),
             ("udp://127.0.0.1:1", "tcp://HOST:PORT"),
-            ("serial://", "serial:///dev/..."),
+            ("serial://", SERIAL_LINK),
             ("tcp://127.0.0.1", "HOST:PORT"),
         ] {
             let error = name.parse::<LinkUri>().unwrap_err().to_string();

@@ -28,6 +28,14 @@ const ROM_LOADER: (u16, u16) = (0x0483, 0xDF11);
 pub const UDEV_RULE: &str = r#"ATTR{idVendor}=="1209", ATTR{idProduct}=="0001", MODE="0666""#;
 /// File for the rule.
 pub const UDEV_RULE_FILE: &str = "/etc/udev/rules.d/70-armbridge.rules";
+/// Where the system shows a board that is plugged in.
+const SHOWN: &str = if cfg!(windows) {
+    "the Device Manager must show Armbridge"
+} else if cfg!(target_os = "macos") {
+    "`ioreg -p IOUSB` must show Armbridge"
+} else {
+    "`lsusb` must show 1209:0001"
+};
 /// Product name, which distinguishes our boards from those.
 pub(crate) const PRODUCT_NAME: &str = "Armbridge";
 /// Class of the interface with the pipes.
@@ -56,7 +64,7 @@ pub enum UsbError {
     #[error("USB devices cannot be listed: {0}; is there USB here? Inside a container, often not")]
     List(#[source] io::Error),
     /// No board.
-    #[error("no board is plugged in: check its USB cable and power; `lsusb` must show 1209:0001")]
+    #[error("no board is plugged in: check its USB cable and power; {SHOWN}")]
     NoBoard,
     /// The chip waits for a program.
     #[error(
@@ -76,10 +84,7 @@ pub enum UsbError {
     #[error("{} boards are plugged in; name one of {}", .0.len(), .0.join(", "))]
     Several(Vec<String>),
     /// Missing permission.
-    #[error(
-        "{0} may not be opened: let your user have it by the line {UDEV_RULE} in \
-         {UDEV_RULE_FILE}, and plug it in again"
-    )]
+    #[error("{name} may not be opened: {remedy}, and plug it in again", name = .0, remedy = permission_remedy())]
     Permission(String),
     /// Another program uses it.
     #[error("{0} is in use: another host has the link; end that one first")]
@@ -95,6 +100,14 @@ pub enum UsbError {
         /// Error of the system.
         source: io::Error,
     },
+}
+
+fn permission_remedy() -> String {
+    if cfg!(target_os = "linux") {
+        format!("let your user have it by the line {UDEV_RULE} in {UDEV_RULE_FILE}")
+    } else {
+        "end the other programs that may use it".into()
+    }
 }
 
 /// Opens the control link of the board with this serial number, or of the only one.
@@ -265,7 +278,7 @@ mod tests {
     #[test]
     fn system_errors_become_messages_with_a_remedy() {
         for (kind, words) in [
-            (ErrorKind::PermissionDenied, "/etc/udev/rules.d"),
+            (ErrorKind::PermissionDenied, &*permission_remedy()),
             (ErrorKind::Busy, "another host has the link"),
             (ErrorKind::NotFound, "firmware of this version"),
             (ErrorKind::Disconnected, "gone; plug it in again"),

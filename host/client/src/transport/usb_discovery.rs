@@ -1,17 +1,23 @@
 //! Finds the board's serial port among all others, by its USB identity.
 //!
 //! Linux lists terminals under `/sys/class/tty`; each leads to its USB interface,
-//! and that to the device, where vendor, product and serial number are. Other
-//! systems are not supported: there the port has to be named.
+//! and that to the device, where vendor, product and serial number are. On other systems
+//! a port is not found: there `serial:` is the control link over pipes, and the transparent
+//! port has to be named.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::LinkUri;
+use super::device_names::SERIAL_LINK;
 use super::usb::{self, PRODUCT_ID, PRODUCT_NAME, VENDOR_CLASS, VENDOR_ID};
+use crate::servo_bus::serial_device;
 
 /// Directory in which Linux lists terminals.
 pub(crate) const TERMINALS: &str = "/sys/class/tty";
+
+/// Whether this system tells which serial ports are a board's.
+pub(crate) const IS_SUPPORTED: bool = cfg!(target_os = "linux");
 
 /// A board's serial port.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -31,9 +37,15 @@ pub enum FindError {
     /// There is none.
     #[error(
         "no serial port of a board is plugged in; check its cable and power, or name the port: \
-         serial:///dev/ttyACM0"
+         {SERIAL_LINK}"
     )]
     None,
+    /// This system does not tell which ports are a board's.
+    #[error(
+        "name the board's serial port, as in {SERIAL_LINK}: on this system it is not found by \
+         itself; there is {}", if .0.is_empty() { "none".into() } else { .0.join(", ") }
+    )]
+    NotNamed(Vec<String>),
     /// There are several.
     #[error("{} boards are plugged in; name one of {}", .0.len(), listed(.0))]
     Several(Vec<Found>),
@@ -51,6 +63,9 @@ fn listed(found: &[Found]) -> String {
 /// # Errors
 /// If there is none, or more than one.
 pub fn find() -> Result<Found, FindError> {
+    if !IS_SUPPORTED {
+        return Err(FindError::NotNamed(serial_device::names()));
+    }
     find_under(Path::new(TERMINALS))
 }
 
@@ -127,7 +142,7 @@ fn number(folder: &Path, file: &str) -> Option<u16> {
     u16::from_str_radix(&text(folder, file)?, 16).ok()
 }
 
-#[cfg(all(test, unix))]
+#[cfg(all(test, target_os = "linux"))]
 mod tests {
     use super::*;
     use std::os::unix::fs::symlink;

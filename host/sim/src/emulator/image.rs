@@ -7,21 +7,20 @@
 //! cargo lists in a `.d` file beside the image. A source that is newer than the image,
 //! or missing, makes the image stale.
 //!
-//! An image is known by the checksum of its bytes in flash, the same number that the
-//! firmware computes at boot and reports as its `image`.
+//! An image is known by the checksum of its bytes in flash, see [`FlashImage`].
 
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use armbridge_shared::crc32::checksum;
+use armbridge_client::flash_image::FlashImage;
 
 /// Path of the emulator's image in cargo's target folder.
 const IN_TARGET: &str = "thumbv7em-none-eabihf/firmware/mps2-an386";
 
-/// Largest extent of an image in flash, in bytes: that of the board.
-const FLASH_LEN: usize = 1 << 20;
+/// Bytes that QEMU has where an ELF file loads none.
+const QEMU_FILL: u8 = 0;
 
 /// A firmware image for QEMU.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -89,11 +88,12 @@ impl Image {
     /// If it cannot be read, or is not an image.
     pub fn open(path: &Path) -> Result<Self, ImageError> {
         let elf = std::fs::read(path).map_err(|_| ImageError::NotBuilt(path.into()))?;
-        let flash = flash(&elf).ok_or_else(|| ImageError::NotAnImage(path.into()))?;
-        // The board cannot read the first word at its address, see the firmware.
-        let crc32 = checksum(flash.get(4..).unwrap_or_default());
-        let path = path.into();
-        Ok(Self { path, crc32 })
+        let flash = FlashImage::of_elf(&elf, QEMU_FILL);
+        let flash = flash.ok_or_else(|| ImageError::NotAnImage(path.into()))?;
+        Ok(Self {
+            path: path.into(),
+            crc32: flash.crc32(),
+        })
     }
 
     /// The current image of the source tree that the current folder is in.
@@ -173,111 +173,19 @@ fn listed(list: &str) -> Vec<PathBuf> {
         .collect()
 }
 
-/// Contents of flash, from the beginning of the image to its end: what the ELF file loads
-/// there, variables' initial values included, zeros between. `None` if the file is no
-/// 32-bit little-endian ELF file for ARM that loads anything.
-fn flash(elf: &[u8]) -> Option<Vec<u8>> {
-    /// Kind of the segments that are loaded.
-    const PT_LOAD: usize = 1;
-    /// The ARM architecture.
-    const EM_ARM: usize = 40;
-
-    let word = |at: usize| {
-        let bytes = elf.get(at..at.checked_add(4)?)?;
-        Some(u32::from_le_bytes(bytes.try_into().ok()?) as usize)
-    };
-    let half = |at: usize| {
-        Some(usize::from(u16::from_le_bytes(
-            *elf.get(at..)?.first_chunk()?,
-        )))
-    };
-    // Class 32 bits, little endian, behind the magic bytes.
-    if !elf.starts_with(b"\x7FELF\x01\x01") || half(18)? != EM_ARM {
-        return None;
-    }
-    let (table, entry_len, entries) = (word(28)?, half(42)?, half(44)?);
-    let mut loaded: Vec<(usize, &[u8])> = Vec::new();
-    for entry in (0..entries).map(|entry| table + entry * entry_len) {
-        let (kind, offset, address, len) = (
-            word(entry)?,
-            word(entry + 4)?,
-            word(entry + 12)?,
-            word(entry + 16)?,
-        );
-        if kind == PT_LOAD && len > 0 {
-            loaded.push((address, elf.get(offset..offset.checked_add(len)?)?));
-        }
-    }
-    let begin = loaded.iter().map(|(address, _)| *address).min()?;
-    let mut flash = Vec::new();
-    for (address, bytes) in loaded {
-        let at = address - begin;
-        let end = at.checked_add(bytes.len())?;
-        if end > FLASH_LEN {
-            return None;
-        }
-        flash.resize(flash.len().max(end), 0);
-        flash[at..end].copy_from_slice(bytes);
-    }
-    Some(flash)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::fs::{self, File};
     use std::time::Duration;
 
-    /// An ELF file that loads these bytes at these addresses.
-    fn elf(segments: &[(u32, &[u8])]) -> Vec<u8> {
-        const HEADER_LEN: usize = 52;
-        const ENTRY_LEN: usize = 32;
-        let mut file = vec![0; HEADER_LEN + ENTRY_LEN * segments.len()];
+    /// An ELF file for ARM that loads its own first eight bytes.
+    fn elf() -> Vec<u8> {
+        let mut file = vec![0; 84];
         file[..6].copy_from_slice(b"\x7FELF\x01\x01");
-        file[18] = 40;
-        file[28] = HEADER_LEN as u8;
-        file[42] = ENTRY_LEN as u8;
-        file[44] = segments.len() as u8;
-        for (index, (address, bytes)) in segments.iter().enumerate() {
-            let offset = file.len() as u32;
-            let entry = HEADER_LEN + ENTRY_LEN * index;
-            for (at, value) in [
-                (0, 1),
-                (4, offset),
-                (12, *address),
-                (16, bytes.len() as u32),
-            ] {
-                file[entry + at..entry + at + 4].copy_from_slice(&value.to_le_bytes());
-            }
-            file.extend_from_slice(bytes);
-        }
+        (file[18], file[28], file[42], file[44]) = (40, 52, 32, 1);
+        (file[52], file[68]) = (1, 8);
         file
-    }
-
-    #[test]
-    fn checksum_is_of_flash_from_the_second_word_on() {
-        // The gap between the segments is zeros; they need not be in order.
-        let file = elf(&[(16, b"data"), (0, b"\0\0\0\0text")]);
-        assert_eq!(flash(&file).unwrap(), b"\0\0\0\0text\0\0\0\0\0\0\0\0data");
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("image");
-        fs::write(&path, file).unwrap();
-        let image = Image::open(&path).unwrap();
-        assert_eq!(image.crc32, checksum(b"text\0\0\0\0\0\0\0\0data"));
-    }
-
-    #[test]
-    fn damaged_files_are_no_images() {
-        let good = elf(&[(0, b"\0\0\0\0text"), (8, b"data")]);
-        for len in 0..good.len() {
-            assert_eq!(flash(&good[..len]), None, "{len} bytes");
-        }
-        // For another machine: x86.
-        let mut other = good.clone();
-        other[18] = 3;
-        assert_eq!(flash(&other), None);
-        // As far apart as flash and memory are.
-        assert_eq!(flash(&elf(&[(0, b"text"), (0x2000_0000, b"data")])), None);
     }
 
     /// A source tree with an image; returns tree and target folder.
@@ -293,7 +201,7 @@ mod tests {
         fs::write(tree.join("firmware/Cargo.toml"), manifest).unwrap();
         let source = tree.join("firmware/src/main.rs");
         fs::write(&source, "").unwrap();
-        fs::write(&image, elf(&[(0, b"\0\0\0\0text")])).unwrap();
+        fs::write(&image, elf()).unwrap();
         let source = source.to_str().unwrap().replace(' ', "\\ ");
         let list = format!("{}: {source}\n", image.display());
         fs::write(image.with_extension("d"), list).unwrap();
@@ -315,7 +223,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (tree, target) = tree(folder.path());
         let image = Image::of_tree(&tree, &target).unwrap();
-        assert_eq!(image.crc32, checksum(b"text"));
+        let flash = FlashImage::of_elf(&elf(), QEMU_FILL).unwrap();
+        assert_eq!(image.crc32, flash.crc32());
 
         let source = tree.join("firmware/src/main.rs");
         let later = modified(&image.path).unwrap() + Duration::from_secs(1);

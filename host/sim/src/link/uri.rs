@@ -9,6 +9,10 @@ use armbridge_client::transport::stop_socket::BoardKey;
 use armbridge_client::transport::{LinkUri, LinkUriError};
 
 /// All forms of a board's URI, for errors and help.
+#[cfg(windows)]
+pub const CHOICES: &str = "usb:, usb:SERIAL, serial:, serial:COM3, tcp://HOST:PORT or sim:";
+/// All forms of a board's URI, for errors and help.
+#[cfg(not(windows))]
 pub const CHOICES: &str = "usb:, usb:SERIAL, serial:, serial:///dev/ttyACM0, tcp://HOST:PORT, \
                            pty:, pty:///dev/pts/3, sim:, emulate: or emulate:IMAGE";
 
@@ -225,6 +229,14 @@ mod tests {
                 }),
             ),
             ("usb:", BoardUri::Link(LinkUri::Usb(None))),
+            (
+                r"emulate:C:\images\b.elf?icount",
+                BoardUri::Emulate(EmulatorUri {
+                    image: Some(r"C:\images\b.elf".into()),
+                    icount: true,
+                    bus: None,
+                }),
+            ),
         ] {
             assert_eq!(name.parse(), Ok(board.clone()), "{name}");
             assert_eq!(board.to_string(), name);
@@ -242,7 +254,8 @@ mod tests {
             ("emulate:?fast", "icount, bus="),
             ("emulate:?slow=10", "icount, bus="),
             ("emulate:?bus=udp://x", "tcp://HOST:PORT"),
-            ("serial://", "serial:///dev/..."),
+            ("serial://", "names no device"),
+            (r"C:\logs\run.mcap", "is no link"),
         ] {
             let error = name.parse::<BoardUri>().unwrap_err().to_string();
             assert!(error.contains(words), "{name}: {error}");

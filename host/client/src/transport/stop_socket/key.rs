@@ -22,12 +22,14 @@ impl BoardKey {
     pub fn of(link: &LinkUri) -> Option<Self> {
         match link {
             LinkUri::Serial(Some(path)) | LinkUri::Pty(Some(path)) => Some(Self::of_path(path)),
-            LinkUri::Serial(None) => {
+            LinkUri::Serial(None) if usb_discovery::IS_SUPPORTED => {
                 let found = usb_discovery::find().ok()?;
                 Some(Self::of_found(&found))
             }
             LinkUri::Usb(Some(serial)) => Some(Self::of_usb(Some(serial))),
-            LinkUri::Usb(None) => Some(Self::of_usb(usb::serial_of_the_only_one().as_deref())),
+            LinkUri::Usb(None) | LinkUri::Serial(None) => {
+                Some(Self::of_usb(usb::serial_of_the_only_one().as_deref()))
+            }
             LinkUri::Tcp(endpoint) => {
                 let at = endpoint.to_string();
                 Some(Self::of_text(&at.replacen("tcp://", "tcp:", 1)))
