@@ -194,42 +194,20 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// [`SaveError`].
     pub fn save(&mut self, settings: &Settings) -> Result<(), SaveError> {
-        let Some(place) = self.place(settings)? else {
-            return Ok(());
-        };
-        self.write(settings, place)?;
-        self.append_receipt(place.page, place.generation)?;
-        if place.spare == Spare::Blank {
-            self.append_receipt(1 - place.page, MARK)?;
-        }
-        Ok(())
-    }
-
-    // Functions of their own: each has scans of pages in its frame, of which inlining makes a
-    // sum.
-
-    /// Where these settings go; `None` if they are there.
-    #[inline(never)]
-    fn place(&mut self, settings: &Settings) -> Result<Option<Place>, SaveError> {
         let (page, room, generation, spare) = match self.log()? {
-            Some(log) if log.scan.has_receipt_for(settings) => return Ok(None),
+            Some(log) if log.scan.has_receipt_for(settings) => return Ok(()),
             Some(log) => (log.page, log.scan.room, log.next_generation(), log.spare),
             None => (0, Page::<F>::ROOM, 1, Spare::Blank),
         };
         if room < Self::COST {
             return Err(SaveError::Full);
         }
-        Ok(Some(Place {
-            page,
-            generation,
-            spare,
-        }))
-    }
-
-    #[inline(never)]
-    fn write(&mut self, settings: &Settings, place: Place) -> Result<(), SaveError> {
-        let record = record::encode_settings(settings, place.generation);
-        self.append_settings(place.page, &record.ok_or(SaveError::Full)?)?;
+        let record = record::encode_settings(settings, generation).ok_or(SaveError::Full)?;
+        self.append_settings(page, &record)?;
+        self.append_receipt(page, generation)?;
+        if spare == Spare::Blank {
+            self.append_receipt(1 - page, MARK)?;
+        }
         Ok(())
     }
 
@@ -292,14 +270,6 @@ struct Log {
     /// Its number.
     page: u32,
     scan: PageScan,
-    spare: Spare,
-}
-
-/// Where settings are written.
-#[derive(Clone, Copy)]
-struct Place {
-    page: u32,
-    generation: u32,
     spare: Spare,
 }
 

@@ -5,12 +5,16 @@
 //! | paths of sources in panics and debug information | replaced: the project's, cargo's, the toolchain's |
 //! | the commit that the program names | handed over: a build script that is not run again would keep an earlier one |
 //! | names that a divided crate's parts give each other | crates are not divided |
+//! | names of temporary files in a table of symbols | programs are stripped |
+//! | order of imports in a program for Windows | its linker sees relative paths ([`System::linker`]) |
 //! | dependencies | `--locked` |
 //! | flags of the caller | not taken over |
 //!
 //! Toolchain, linker and, for Linux, the C library are those of the machine: another machine
 //! gives equal bytes if it has the same.
 
+use std::fs::{self, Permissions};
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -73,7 +77,7 @@ impl Compiler {
 
     /// Builds a board's image, and returns the path of its ELF file.
     pub(crate) fn image(&self, board: &BoardRow) -> Result<PathBuf, String> {
-        run(&mut self.cargo(&image_arguments("build", board), TARGET, &[]))?;
+        run(&mut self.cargo(&image_arguments("build", board), TARGET, Vec::new()))?;
         let folder = self.builds().join(TARGET).join("firmware");
         Ok(folder.join(board.name))
     }
@@ -82,22 +86,51 @@ impl Compiler {
     pub(crate) fn program(&self, system: &System) -> Result<PathBuf, String> {
         let build = format!(
             "build --release --package armbridge --features full --target {} \
-             --config profile.release.strip=true --config profile.release.codegen-units=1",
+             --config profile.release.codegen-units=1",
             system.target
         );
-        run(&mut self.cargo(&build, system.target, system.link_args))?;
+        // Not by the profile: it has no effect on a package with a level of its own.
+        let mut flags = vec!["-Cstrip=symbols".to_owned()];
+        flags.extend(system.flags.iter().map(ToString::to_string));
+        if let Some(linker) = system.linker {
+            let linker = self.relative_linker(linker)?;
+            flags.push(format!("-Clinker={}", linker.display()));
+            flags.push("-Clinker-flavor=gcc".to_owned());
+        }
+        run(&mut self.cargo(&build, system.target, flags))?;
         let name = format!("armbridge{}", system.extension);
         Ok(self.builds().join(system.target).join("release").join(name))
     }
 
-    /// Cargo with these arguments, for this target.
-    fn cargo(&self, arguments: &str, target: &str, link_args: &[&str]) -> Command {
+    /// Writes a program that calls a linker in the folder of builds, with paths relative to it,
+    /// and returns its path.
+    fn relative_linker(&self, linker: &str) -> Result<PathBuf, String> {
+        let folder = self.builds();
+        let path = folder.join("relative-linker");
+        let script = format!(
+            "#!/bin/sh\n\
+             cd '{0}' || exit 1\n\
+             for argument do\n\
+             \x20 shift\n\
+             \x20 set -- \"$@\" \"${{argument#'{0}'/}}\"\n\
+             done\n\
+             exec {linker} \"$@\"\n",
+            folder.display()
+        );
+        fs::create_dir_all(&folder)
+            .and_then(|()| fs::write(&path, script))
+            .and_then(|()| fs::set_permissions(&path, Permissions::from_mode(0o755)))
+            .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+        Ok(path)
+    }
+
+    /// Cargo with these arguments, for this target, with these flags of the compiler.
+    fn cargo(&self, arguments: &str, target: &str, flags: Vec<String>) -> Command {
         let remap = self.remapped.iter().map(|(from, to)| {
             let from = from.display();
             format!("--remap-path-prefix={from}={to}")
         });
-        let link = link_args.iter().map(|arg| format!("-Clink-arg={arg}"));
-        let flags: Vec<String> = remap.chain(link).collect();
+        let flags: Vec<String> = remap.chain(flags).collect();
         // An array of quoted words, in TOML as in Rust; appended to the project's own flags.
         let flags = format!("target.{target}.rustflags={flags:?}");
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());

@@ -9,8 +9,10 @@ pub(crate) struct System {
     pub(crate) target: &'static str,
     /// End of a program's name.
     pub(crate) extension: &'static str,
-    /// The linker's arguments without which two builds differ.
-    pub(crate) link_args: &'static [&'static str],
+    /// Flags of the compiler without which two builds differ.
+    pub(crate) flags: &'static [&'static str],
+    /// Linker that is to be called with relative paths; none for the compiler's own choice.
+    pub(crate) linker: Option<&'static str>,
 }
 
 /// Not macOS: a program is linked with parts of Apple's SDK, which is for Apple's machines.
@@ -19,13 +21,16 @@ pub(crate) const SYSTEMS: &[System] = &[
         name: "linux-x86_64",
         target: "x86_64-unknown-linux-gnu",
         extension: "",
-        link_args: &[],
+        flags: &[],
+        linker: None,
     },
     System {
         name: "windows-x86_64",
         target: "x86_64-pc-windows-gnu",
         extension: ".exe",
         // Otherwise the file has the time at which it was linked.
-        link_args: &["-Wl,--no-insert-timestamp"],
+        flags: &["-Clink-arg=-Wl,--no-insert-timestamp"],
+        // It orders imports by the paths of archives, before or after the system's own.
+        linker: Some("x86_64-w64-mingw32-gcc"),
     },
 ];
