@@ -12,7 +12,7 @@ use armbridge_tests::plant;
 use armbridge_tests::random::Random;
 use armbridge_tests::tapped_bench::{Action, ScriptedHost, assert_all_equal, replay};
 
-use super::faults::{OFF, driver, driving, motors};
+use super::faults::{are_off, driver, driving};
 use super::{ON_USB_MS, TestBoard, settings_sectors, until_configured};
 
 /// Bytes from nowhere at any time: the board goes on or ends the drive, and never resets. What
@@ -35,7 +35,7 @@ fn noise_on_the_line_ends_a_drive_at_the_worst(board: TestBoard) {
         );
         match last.mode {
             Mode::Running(_) | Mode::Degraded(_) => held += 1,
-            mode => assert!(motors(&run) == OFF, "{mean_us} us: {mode:?}"),
+            mode => assert!(are_off(&run), "{mean_us} us: {mode:?}"),
         }
         assert_all_equal(&replay(&run.host.events));
     }
@@ -50,7 +50,7 @@ fn a_pulled_cable_ends_the_drive_and_a_plugged_one_finds_the_board(board: TestBo
     run.machine.system.usb.is_plugged = false;
     run.machine.system.touch();
     run.run_for(600);
-    assert_eq!(motors(&run), OFF);
+    assert!(are_off(&run));
     run.host = armbridge_tests::tapped_bench::TappedHost::new(ScriptedHost::new(
         [(0, Action::Message(ToBoard::Heartbeat))],
         u64::MAX,
@@ -176,7 +176,7 @@ fn flash_that_holds_garbage_is_named_and_harmless(board: TestBoard) {
             report.settings
         );
         assert_eq!(run.records().next_back().unwrap().mode, Mode::Idle);
-        assert_eq!(motors(&run), OFF);
+        assert!(are_off(&run));
         assert_eq!(run.machine.resets().len(), 1);
     }
 }

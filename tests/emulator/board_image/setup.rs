@@ -19,7 +19,7 @@ use armbridge_sim::Bench;
 use armbridge_sim::plant::{Plant, PlantConfig};
 use armbridge_sim::servo_kind::ServoKind;
 
-use super::faults::OFF;
+use super::faults::is_off;
 use super::served::{Served, Truth};
 
 /// Largest motion while a motor is on, as promised: that of the motor check, and beyond it what
@@ -135,8 +135,8 @@ impl Guided {
 /// Each time that motors were on, and the largest motion in it, in ms and rad.
 fn drives(truths: &[Truth]) -> Vec<(usize, f64)> {
     let mut drives = Vec::new();
-    for drive in truths.chunk_by(|a, b| (a.pwm == OFF) == (b.pwm == OFF)) {
-        if drive[0].pwm != OFF {
+    for drive in truths.chunk_by(|a, b| is_off(a.pwm) == is_off(b.pwm)) {
+        if !is_off(drive[0].pwm) {
             let motion = drive.iter().flat_map(|truth| {
                 [0, 1].map(|joint| (truth.angle_rad[joint] - drive[0].angle_rad[joint]).abs())
             });
@@ -159,7 +159,7 @@ fn assert_gentle(truths: &[Truth]) {
     );
     // The board goes on for a while after the guide has ended.
     let end = truths.iter().rev().take(END_MS);
-    assert!(end.clone().count() == END_MS && end.clone().all(|truth| truth.pwm == OFF));
+    assert!(end.clone().count() == END_MS && end.clone().all(|truth| is_off(truth.pwm)));
 }
 
 fn servos(ids: [u8; 2]) -> [ServoKind; 2] {
@@ -243,7 +243,7 @@ fn servos_without_supply_end_it_before_anything_moves() {
         "{remedy}"
     );
     let (_, truths) = board.end();
-    assert!(truths.iter().all(|truth| truth.pwm == OFF));
+    assert!(truths.iter().all(|truth| is_off(truth.pwm)));
 }
 
 /// Motors that turn against their encoders: the motor check finds them within its bound.
