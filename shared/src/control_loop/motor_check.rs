@@ -78,8 +78,6 @@ pub(super) struct MotorCheck {
     /// Torque in N m beside gravity that acted until the present samples.
     acted_nm: Vector2<f32>,
     responses: [Response; JOINTS],
-    /// Motion of each joint in units of the model's, at the end of an attempt.
-    ratios: [f32; JOINTS],
 }
 
 /// Inputs of the check in one tick.
@@ -164,14 +162,10 @@ impl MotorCheck {
         if self.tick == 0 {
             self.acted_nm = Vector2::zeros();
         }
-        let is_over = self.tick == pattern.ticks;
-        if is_over || is_far.is_some() {
-            self.ratios = self.responses.each_ref().map(Response::ratio);
-        }
         if let Some((joint, moved_rad)) = is_far {
             return self.far(joint, moved_rad, mass);
         }
-        if is_over {
+        if self.tick == pattern.ticks {
             match self.conclude(mass) {
                 Outcome::Step(step) => return step,
                 Outcome::Repeat { factor } => {
@@ -192,14 +186,14 @@ impl MotorCheck {
 
     /// Whether the check has moved both joints, by enough torque to tell them apart.
     pub(super) fn is_conclusive(&self) -> bool {
-        let mut responses = self.responses.iter().zip(self.ratios);
-        responses.all(|(response, ratio)| response.is_conclusive() && ratio > MOVED)
+        let mut responses = self.responses.iter();
+        responses.all(|response| response.is_conclusive() && response.ratio() > MOVED)
     }
 
     /// The outcome of an attempt: a joint that does not move, or joints that look swapped, are
     /// tested twice.
     fn conclude(&self, mass: Vector2<f32>) -> Outcome {
-        let ratios = self.ratios;
+        let ratios = self.responses.each_ref().map(Response::ratio);
         let is_first = self.repeated.is_none();
         for (joint, ratio) in (0..).zip(ratios) {
             if ratio < -MOVED {
@@ -256,7 +250,7 @@ impl MotorCheck {
 
     /// The outcome of a joint that has moved too far: what the samples until then show.
     fn far(&self, joint: usize, moved_rad: f32, mass: Vector2<f32>) -> CheckStep {
-        let [first, second] = self.ratios;
+        let [first, second] = self.responses.each_ref().map(Response::ratio);
         let fault = if self.responses.iter().any(|it| it.direction() < -MOVED) {
             Fault::MotorDirection
         } else if first > MOVED && second > MOVED {
