@@ -28,7 +28,7 @@
 //! | `stack_guard` | no access below the stack                            |
 //! | [`board`] | drivers: one module and one binary per board             |
 //!
-//! There is no heap. Bytes from bus or link never lead to a panic: `bin/no-panic.rs`
+//! There is no heap. Bytes from bus or link never lead to a panic: `bin/no-panic`
 //! proves it by linking. On a panic the motors are stopped first
 //! (see [`crash`]).
 #![no_std]

@@ -58,7 +58,7 @@ fn main() -> ! {
 /// # Panics
 /// Never: `main` calls it once, so that each cell is still full or empty as it must be
 /// and each task has its place. It takes nothing from bus or link, and motors are off;
-/// `bin/no-panic.rs` shows that nothing from outside leads to a panic later.
+/// `bin/no-panic` shows that nothing from outside leads to a panic later.
 /// On a panic the handler stops the motors and resets.
 #[inline(never)]
 fn start(arguments: &Arguments) {

@@ -1,4 +1,4 @@
-//! Links the image in which no panic may be left, `firmware/src/bin/no-panic.rs`.
+//! Links the image in which no panic may be left, `firmware/src/bin/no-panic`.
 //!
 //! If it does not link, the same image with a panic handler is searched for the calls
 //! that lead to it (`tests/panic-calls`). To show that the check can fail, panics are

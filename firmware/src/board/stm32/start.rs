@@ -50,7 +50,7 @@ pub fn run() -> ! {
 /// # Panics
 /// Never: [`run`] calls it once, so that each cell is still full or empty as it must be
 /// and each task has its place. It takes nothing from bus or link, and motors are off;
-/// `bin/no-panic.rs` shows that nothing from outside leads to a panic later, but for the asserts
+/// `bin/no-panic` shows that nothing from outside leads to a panic later, but for the asserts
 /// of the USB driver ([`usb`]).
 /// On a panic the handler stops the motors and resets.
 #[inline(never)]

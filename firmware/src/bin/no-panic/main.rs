@@ -26,35 +26,31 @@
 #![no_std]
 #![no_main]
 
-use core::convert::Infallible;
-use core::future::{Future, poll_fn};
+mod outside;
+
+use core::future::Future;
 use core::hint::black_box;
 use core::panic::PanicInfo;
 use core::pin::pin;
-use core::task::{Context, Poll, Waker};
+use core::task::{Context, Waker};
 
 use armbridge_firmware::crash::memory;
 use armbridge_firmware::crash::record::CrashRecord;
 use armbridge_firmware::port::{Buffers, LineError};
-use armbridge_firmware::stop::{self, PolledUart};
-use armbridge_firmware::tasks::{
-    self, FromClient, FromHost, LineChanges, RealTime, RealTimeLoop, Signals, ToHost,
-};
-use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
+use armbridge_firmware::stop;
+use armbridge_firmware::tasks::{self, RealTimeLoop, Signals};
+use armbridge_shared::bridge::gateway::PortEnd;
 use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkEnd, LinkPort};
 use armbridge_shared::link::frame::{Decoder, Encoder, Message};
-use armbridge_shared::link::message::{self, End, Stack, StopSource};
+use armbridge_shared::link::message::{self, End, Stack};
 use armbridge_shared::lockstep::{TimeGrant, TimeRequest};
-use armbridge_shared::servo::bus::{Bus, LineAfter, Received, Transmission};
-use armbridge_shared::servo::port::SetBaud;
+use armbridge_shared::servo::bus::{Bus, LineAfter};
 use armbridge_shared::servo::serial_bus::SerialBus;
 use armbridge_shared::servo::{morpheus, protocol1};
 use armbridge_shared::store::Store;
 // Its critical section is what `Signals` needs.
 use cortex_m as _;
-use embedded_hal::digital::{ErrorType, OutputPin};
-use embedded_hal_nb::serial::{self, ErrorKind};
-use embedded_storage::nor_flash::{self, NorFlash, NorFlashErrorKind, ReadNorFlash};
+use outside::{AnyBus, AnyPort, Direction, Flash, Outside};
 
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
@@ -85,71 +81,6 @@ fn planted() {
 static BUS: Buffers = Buffers::new();
 static SIGNALS: Signals = Signals::new();
 
-/// A servo bus.
-struct AnyBus([u8; 64]);
-
-impl Bus for AnyBus {
-    const RELEASES_BY_ITSELF: bool = true;
-
-    fn set_baud(&mut self, baud: u32) {
-        black_box(baud);
-    }
-
-    fn send(&mut self, bytes: &[u8], after: LineAfter) {
-        black_box((bytes, after));
-    }
-
-    fn send_delay_us(&self) -> u32 {
-        any()
-    }
-
-    fn transmission(&mut self) -> Transmission {
-        black_box(Transmission::Waiting)
-    }
-
-    fn release(&mut self) {
-        black_box(());
-    }
-
-    fn received(&mut self) -> Received<'_> {
-        let bytes = black_box(&self.0);
-        Received {
-            bytes: bytes.get(..any()).unwrap_or(bytes),
-            error: black_box(Some(ErrorKind::Noise)),
-        }
-    }
-}
-
-/// A serial port.
-struct AnyPort;
-
-impl serial::ErrorType for AnyPort {
-    type Error = ErrorKind;
-}
-
-impl serial::Read<u8> for AnyPort {
-    fn read(&mut self) -> nb::Result<u8, ErrorKind> {
-        black_box(Err(nb::Error::WouldBlock))
-    }
-}
-
-impl serial::Write<u8> for AnyPort {
-    fn write(&mut self, byte: u8) -> nb::Result<(), ErrorKind> {
-        black_box(byte);
-        black_box(Err(nb::Error::WouldBlock))
-    }
-
-    fn flush(&mut self) -> nb::Result<(), ErrorKind> {
-        black_box(Err(nb::Error::WouldBlock))
-    }
-}
-
-impl SetBaud for AnyPort {
-    fn set_baud(&mut self, baud: u32) {
-        black_box(baud);
-    }
-}
-
 /// Uses a bus made of a serial port and a pin.
 fn serial_bus() {
     let mut bus = SerialBus::new(AnyPort, Direction);
@@ -158,144 +89,6 @@ fn serial_bus() {
         bus.send(black_box(&[0; 64]), LineAfter::Released);
         black_box(bus.transmission());
         black_box(bus.received());
-    }
-}
-
-/// Direction pin of the bus.
-struct Direction;
-
-impl ErrorType for Direction {
-    type Error = Infallible;
-}
-
-impl OutputPin for Direction {
-    fn set_low(&mut self) -> Result<(), Infallible> {
-        black_box(false);
-        Ok(())
-    }
-
-    fn set_high(&mut self) -> Result<(), Infallible> {
-        black_box(true);
-        Ok(())
-    }
-}
-
-/// A flash that fails. The compiler cannot follow the data flow of the storage library;
-/// the fuzz target `store` checks that no content of a flash makes it panic.
-struct Flash;
-
-impl nor_flash::ErrorType for Flash {
-    type Error = NorFlashErrorKind;
-}
-
-impl ReadNorFlash for Flash {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, _offset: u32, _bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
-        Err(NorFlashErrorKind::Other)
-    }
-
-    fn capacity(&self) -> usize {
-        2 * Self::ERASE_SIZE
-    }
-}
-
-impl NorFlash for Flash {
-    const WRITE_SIZE: usize = 4;
-    const ERASE_SIZE: usize = 1 << 17;
-
-    fn erase(&mut self, _from: u32, _to: u32) -> Result<(), NorFlashErrorKind> {
-        Err(NorFlashErrorKind::Other)
-    }
-
-    fn write(&mut self, _offset: u32, _bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        Err(NorFlashErrorKind::Other)
-    }
-}
-
-/// Future that uses `input` at an arbitrary time and returns an arbitrary value. Not an
-/// `async` block, which panics when it is polled after its end.
-fn sometime<W, T: Default>(mut input: W) -> impl Future<Output = T> {
-    poll_fn(move |_| {
-        black_box(&mut input);
-        planted();
-        if any() {
-            Poll::Ready(any())
-        } else {
-            Poll::Pending
-        }
-    })
-}
-
-/// Board, host and client.
-struct Outside;
-
-impl RealTime for Outside {
-    fn now_us(&self) -> u64 {
-        any()
-    }
-
-    fn start_stopwatch(&mut self) {
-        black_box(());
-    }
-
-    fn stopwatch_ns(&self) -> u32 {
-        any()
-    }
-
-    fn note_good_tick(&mut self) {
-        black_box(());
-    }
-
-    fn stop_source(&mut self) -> Option<StopSource> {
-        planted();
-        any::<bool>().then_some(StopSource::Pin)
-    }
-}
-
-impl FromHost for Outside {
-    fn read(&mut self, buffer: &mut [u8]) -> impl Future<Output = usize> {
-        sometime(buffer)
-    }
-}
-
-impl ToHost for Outside {
-    fn write(&mut self, bytes: &[u8]) -> impl Future<Output = usize> {
-        sometime(bytes)
-    }
-}
-
-impl FromClient for Outside {
-    fn line(&self) -> ClientLine {
-        any()
-    }
-}
-
-impl LineChanges for Outside {
-    fn changed(&mut self) -> impl Future<Output = ()> {
-        sometime(())
-    }
-}
-
-impl PolledUart for Outside {
-    fn set_baud(&mut self, baud: u32) {
-        black_box(baud);
-    }
-
-    fn drive(&mut self, on: bool) {
-        black_box(on);
-    }
-
-    fn send(&mut self, byte: u8) {
-        black_box(byte);
-    }
-
-    fn flush(&mut self) {
-        black_box(());
-    }
-
-    fn pause_us(&mut self, us: u32) {
-        black_box(us);
     }
 }
 
