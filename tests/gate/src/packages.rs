@@ -38,50 +38,42 @@ const MANAGERS: [Manager; 4] = [
     },
 ];
 
-/// A program that a step needs.
-pub(crate) struct Program {
-    /// Its name, for messages.
-    pub(crate) name: &'static str,
-    /// Command that succeeds if it is present, and prints its version.
-    pub(crate) check: String,
-    /// Its packages for each of apt, dnf, pacman and brew.
-    pub(crate) packages: [&'static str; MANAGERS.len()],
-}
-
-impl Program {
-    /// Installs the program unless it is there.
-    pub(crate) fn ensure(&self, out: &Output) -> Result<(), String> {
-        if let Some(version) = printed(&self.check) {
-            out.line(version.lines().next().unwrap_or_default());
-            return Ok(());
+/// Installs the program `name` unless it is there: unless `check`, which prints its version,
+/// succeeds. Its packages are those of apt, dnf, pacman and brew.
+pub(crate) fn ensure(
+    out: &Output,
+    name: &str,
+    check: &str,
+    packages: [&str; MANAGERS.len()],
+) -> Result<(), String> {
+    if let Some(version) = printed(check) {
+        out.line(version.lines().next().unwrap_or_default());
+        return Ok(());
+    }
+    let mut managers = MANAGERS.iter().zip(packages);
+    let found = managers.find(|(m, _)| succeeds(&format!("{} --version", m.program)));
+    let Some((manager, packages)) = found else {
+        return Err(format!(
+            "{name} is missing; install it so that `{check}` succeeds"
+        ));
+    };
+    let root = !manager.needs_root || printed("id -u").is_some_and(|id| id.trim() == "0");
+    let prefix = if root { "" } else { "sudo " };
+    let install = format!("{prefix}{} {packages}", manager.install);
+    if !root && !succeeds("sudo --non-interactive true") {
+        return Err(format!("{name} is missing; run: {install}"));
+    }
+    if let Some(refresh) = manager.refresh {
+        // The source that cannot be reached may not be the one needed.
+        if let Err(why) = out.command(&format!("{prefix}{refresh}")) {
+            out.line(&format!("{why}; going on"));
         }
-        let name = self.name;
-        let mut managers = MANAGERS.iter().zip(self.packages);
-        let found = managers.find(|(m, _)| succeeds(&format!("{} --version", m.program)));
-        let Some((manager, packages)) = found else {
-            return Err(format!(
-                "{name} is missing; install it so that `{}` succeeds",
-                self.check
-            ));
-        };
-        let root = !manager.needs_root || printed("id -u").is_some_and(|id| id.trim() == "0");
-        let prefix = if root { "" } else { "sudo " };
-        let install = format!("{prefix}{} {packages}", manager.install);
-        if !root && !succeeds("sudo --non-interactive true") {
-            return Err(format!("{name} is missing; run: {install}"));
-        }
-        if let Some(refresh) = manager.refresh {
-            // The source that cannot be reached may not be the one needed.
-            if let Err(why) = out.command(&format!("{prefix}{refresh}")) {
-                out.line(&format!("{why}; going on"));
-            }
-        }
-        out.command(&install)
-            .map_err(|why| format!("{why}; {name} is missing and has to be installed"))?;
-        if succeeds(&self.check) {
-            Ok(())
-        } else {
-            Err(format!("`{}` still fails", self.check))
-        }
+    }
+    out.command(&install)
+        .map_err(|why| format!("{why}; {name} is missing and has to be installed"))?;
+    if succeeds(check) {
+        Ok(())
+    } else {
+        Err(format!("`{check}` still fails"))
     }
 }

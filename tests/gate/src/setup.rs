@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::output::{Output, printed, succeeds};
-use crate::packages::Program;
+use crate::packages::ensure;
 use crate::paths;
 
 /// Targets: of both firmware images, and of the program on Windows and macOS.
@@ -62,84 +62,68 @@ pub(crate) fn campaign(out: &Output) -> Result<(), String> {
 
 /// The emulator of the board's processor.
 pub(crate) fn qemu(out: &Output) -> Result<(), String> {
-    let qemu = Program {
-        name: "qemu-system-arm",
-        check: "qemu-system-arm --version".to_owned(),
-        packages: [
-            "qemu-system-arm",
-            "qemu-system-arm",
-            "qemu-system-arm",
-            "qemu",
-        ],
-    };
-    qemu.ensure(out)
+    let qemu = "qemu-system-arm";
+    ensure(
+        out,
+        qemu,
+        "qemu-system-arm --version",
+        [qemu, qemu, qemu, "qemu"],
+    )
 }
 
 /// The browser in which pages are looked at.
 pub(crate) fn browser(out: &Output) -> Result<(), String> {
-    let browser = Program {
-        name: "Chromium",
-        check: "chromium --version".to_owned(),
-        packages: ["chromium"; 4],
-    };
-    browser.ensure(out)
+    ensure(out, "Chromium", "chromium --version", ["chromium"; 4])
 }
 
 /// The C++ compiler that libFuzzer is built with: `CXX`, else `c++`.
 pub(crate) fn compiler(out: &Output) -> Result<(), String> {
     let compiler = std::env::var("CXX").unwrap_or_else(|_| "c++".to_owned());
-    let compiler = Program {
-        name: "a C++ compiler",
-        check: format!("{compiler} --version"),
-        packages: ["g++", "gcc-c++", "gcc", "gcc"],
-    };
-    compiler.ensure(out)
+    let check = format!("{compiler} --version");
+    ensure(
+        out,
+        "a C++ compiler",
+        &check,
+        ["g++", "gcc-c++", "gcc", "gcc"],
+    )
 }
 
 /// The linker of programs for Windows.
 pub(crate) fn mingw(out: &Output) -> Result<(), String> {
-    let linker = Program {
-        name: "MinGW-w64",
-        check: "x86_64-w64-mingw32-gcc --version".to_owned(),
-        packages: [
-            "gcc-mingw-w64-x86-64",
-            "mingw64-gcc",
-            "mingw-w64-gcc",
-            "mingw-w64",
-        ],
-    };
-    linker.ensure(out)
+    let packages = [
+        "gcc-mingw-w64-x86-64",
+        "mingw64-gcc",
+        "mingw-w64-gcc",
+        "mingw-w64",
+    ];
+    ensure(
+        out,
+        "MinGW-w64",
+        "x86_64-w64-mingw32-gcc --version",
+        packages,
+    )
 }
 
 /// The environment in which a program for Windows runs.
 pub(crate) fn wine(out: &Output) -> Result<(), String> {
-    let wine = Program {
-        name: "Wine",
-        check: "wine --version".to_owned(),
-        packages: ["wine wine64", "wine", "wine", "wine-stable"],
-    };
-    wine.ensure(out)
+    let packages = ["wine wine64", "wine", "wine", "wine-stable"];
+    ensure(out, "Wine", "wine --version", packages)
 }
 
 /// The program that flashes DFU files.
 pub(crate) fn dfu_util(out: &Output) -> Result<(), String> {
-    let dfu_util = Program {
-        name: "dfu-util",
-        check: "dfu-suffix --version".to_owned(),
-        packages: ["dfu-util"; 4],
-    };
-    dfu_util.ensure(out)
+    ensure(out, "dfu-util", "dfu-suffix --version", ["dfu-util"; 4])
 }
 
 /// A virtual environment with the Python clients, in cargo's target folder.
 pub(crate) fn python(out: &Output) -> Result<(), String> {
-    let python = Program {
-        name: "Python 3 with venv and pip",
-        // Debian's plain python3 lacks it.
-        check: "python3 -m ensurepip --version".to_owned(),
-        packages: ["python3 python3-venv", "python3", "python", "python"],
-    };
-    python.ensure(out)?;
+    // Debian's plain python3 lacks ensurepip.
+    ensure(
+        out,
+        "Python 3 with venv and pip",
+        "python3 -m ensurepip --version",
+        ["python3 python3-venv", "python3", "python", "python"],
+    )?;
     let environment = paths::python_environment();
     let interpreter = environment.join("bin/python");
     let works = Command::new(&interpreter)
