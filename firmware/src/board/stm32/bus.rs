@@ -1,10 +1,11 @@
 //! The servo bus of the chosen board: its port for the tick, and the same for the stop
 //! sequence.
 
+use super::baud::set_divider;
 use super::clock_tree::INTERNAL_MHZ;
 use super::half_duplex::{HalfDuplex, HalfDuplexBus};
 use super::oscillator::fall_back;
-use super::polled_bus::{PolledBus, set_divider};
+use super::polled_bus::PolledBus;
 use super::time;
 use super::wiring::Wiring;
 use crate::board::Chosen;

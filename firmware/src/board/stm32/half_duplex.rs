@@ -30,8 +30,8 @@
 //! the checksum is left. All flags are cleared by a read of SR and one of DR, which
 //! takes no byte from the stream: it waits until that has emptied the register.
 
+use super::baud::set_divider;
 use super::clock::Clock;
-use super::polled_bus::set_divider;
 use super::wiring::Wiring;
 use crate::crash::memory;
 use armbridge_shared::servo::bus::{Bus, LineAfter, Received, SEND_MAX, Transmission};

@@ -2,7 +2,7 @@
 //!
 //! | module    | content                                                           |
 //! |-----------|-------------------------------------------------------------------|
-//! | [`wiring`] | what a board tells of itself                                     |
+//! | [`wiring`] | constants of a board: crystal, servo bus, pins                   |
 //! | [`start`] | the program: from reset to the executor, and its tasks            |
 //! | [`clock_tree`] | clocks of core, buses and USB                                |
 //! | [`oscillator`] | the crystal, and what happens without it                     |
@@ -11,6 +11,7 @@
 //! | [`clock`] | time since boot and the tick's alarm, on a 32-bit timer           |
 //! | [`bus`]   | the servo bus of the board                                        |
 //! | [`half_duplex`] | a servo bus on a USART, by DMA                              |
+//! | [`baud`]  | baud rate of a USART                                              |
 //! | [`polled_bus`] | the same for the stop sequence, without DMA or interrupts    |
 //! | [`usb`]   | control link and transparent port                                 |
 //! | [`flash`] | memory of settings                                                |
@@ -59,6 +60,7 @@
 //! the end of each good tick and of each step of bring-up. It cannot be stopped; a program halted
 //! by a debugger is reset by it. See [`WATCHDOG_US`](crate::crash::WATCHDOG_US).
 
+pub mod baud;
 pub mod bus;
 pub mod clock;
 pub mod clock_tree;

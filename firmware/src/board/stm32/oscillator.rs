@@ -5,7 +5,7 @@
 //! source): enough for the stop sequence, not for USB and the period. A board whose crystal
 //! does not start boots on it all the same, says so, and does not drive.
 //!
-//! What is said of a crystal is so of a clock from outside too.
+//! A clock from outside is treated as a crystal.
 //!
 //! Once it has started, the clock security system watches it (reference manual, section
 //! 7.2.7). If it stops, the chip is back on its internal oscillator, and a non-maskable

@@ -1,7 +1,7 @@
-//! What a board tells of itself: its crystal, its servo bus, its pins, its flash.
+//! Constants of a board: its crystal, its servo bus, its pins.
 //!
-//! All of it is constants, so that addresses are part of the instructions. The module
-//! documentation of a board has its table of pins.
+//! Addresses are part of the instructions so. The module documentation of a board has its table
+//! of pins.
 
 use super::pin::Pin;
 use embassy_stm32::interrupt::Interrupt;
@@ -66,7 +66,7 @@ pub trait Wiring: Send + Sync + 'static {
     const USART: Usart;
     /// Its interrupt, whose handler calls [`bus::on_interrupt`](super::bus::on_interrupt).
     const USART_INTERRUPT: Interrupt;
-    /// Its clock in MHz: that of the bus which it is on.
+    /// Its clock in MHz: that of its peripheral bus.
     const USART_MHZ: u32;
     /// Stream of received bytes.
     const RX: Stream;

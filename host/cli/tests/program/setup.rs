@@ -34,9 +34,9 @@ fn a_simulated_board_must_be_served() {
 
 #[test]
 fn what_is_missing_is_named_with_what_to_do() {
-    let nobody = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-    let at = format!("tcp://{}", nobody.local_addr().unwrap());
-    drop(nobody);
+    let closed = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let at = format!("tcp://{}", closed.local_addr().unwrap());
+    drop(closed);
     let output = setup(&["--link", &at, "--json"], "");
     assert_eq!(output.status.code(), Some(1));
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
