@@ -30,7 +30,7 @@
 //! its asserts depend on what the controller reports of a packet: its endpoint exists, and a
 //! SETUP packet has 8 bytes and is of endpoint 0. A host cannot choose otherwise: the controller
 //! takes packets for enabled endpoints alone, and SETUP only as 8 bytes on a control endpoint
-//! (section 34.16.2, OTG_FS_GRXSTSP). A controller that reports nonsense is a panic, and motors off.
+//! (section 34.16.2, `GRXSTSP`). A controller that reports nonsense is a panic, and motors off.
 
 use super::pin::Pin;
 use crate::tasks::{FromClient, FromHost, LineChanges, ToHost};
