@@ -36,7 +36,7 @@ fn pins() -> Vec<Pin> {
 fn the_schematic_and_the_chapters_name_the_pins_of_the_firmware() {
     let pins = pins();
     let names: Vec<&str> = pins.iter().map(|(board, _)| board.as_str()).collect();
-    assert_eq!(names, ["TX", "RX", "D6", "D9", "D11"]);
+    assert_eq!(names, ["TX", "RX", "D12", "D9", "D11"]);
     let schematic = read("host/doc/src/schematic.svg");
     // Both names of a pin are on one line of the drawing.
     let at = |name: &str| {
@@ -75,14 +75,14 @@ fn the_schematic_and_the_chapters_name_the_pins_of_the_firmware() {
     }
 }
 
-/// What the enables of the buffer do is written beside them: PC6 is high to send.
+/// What the enables of the buffer do is written beside them: PC2 is high to send.
 #[test]
 fn the_buffer_is_wired_as_its_table_says() {
     let chapter = read("host/doc/src/first-motion.md");
     for (feather, buffer) in [
         ("| TX |", "pin 11"),
         ("| RX |", "pin 18"),
-        ("| D6 |", "pins 1 and 19"),
+        ("| D12 |", "pins 1 and 19"),
     ] {
         let row = chapter.lines().find(|line| line.starts_with(feather));
         assert!(

@@ -7,7 +7,7 @@
 //! |------|---------|-------------------|----------------------------------------|
 //! | PB10 | TX      | USART3 TX         | input of the buffer that drives DATA   |
 //! | PB11 | RX      | USART3 RX         | output of the buffer that listens to DATA, 10 kΩ to 3.3 V |
-//! | PC6  | D6      | direction, high to send | enables of both buffers, 10 kΩ to ground |
+//! | PC2  | D12     | direction, high to send | enables of both buffers, 10 kΩ to ground |
 //! | PB8  | D9      | emergency stop, pulled up | normally closed switch to ground |
 //! | PC3  | D11     | servos' supply, high is on | driver of a relay, 10 kΩ to ground |
 //! | PC1  | D13     | red LED           | on the board                           |
@@ -15,8 +15,8 @@
 //!
 //! The buffer is a 74HCT126 with an inverter or a 74HCT241 at 5 V: HC, as in the servo's manual,
 //! asks for a higher level than a pin of 3.3 V gives. While the processor is in reset all its
-//! pins float: the resistor at PC6 then keeps the line free. D10, which nothing uses, is between
-//! D11 and the stop switch.
+//! pins float: the resistor at PC2 then keeps the line free. D10, which nothing uses, is between
+//! D11 and the stop switch. TX, RX and D12 are the pins of the `DynaFeather` wing as it is sold.
 
 use super::stm32::bus;
 use super::stm32::clock_tree::PCLK1_MHZ;
@@ -53,7 +53,7 @@ impl Wiring for FeatherF405 {
     const USART_PINS: [Pin; 2] = [Pin::new(GPIOB, 10), Pin::new(GPIOB, 11)];
     const USART_FUNCTION: u8 = 7;
     const RX_PULL: Pupdr = Pupdr::FLOATING;
-    const DIRECTION: Pin = Pin::new(GPIOC, 6);
+    const DIRECTION: Pin = Pin::new(GPIOC, 2);
 
     const STOP: Pin = Pin::new(GPIOB, 8);
     const SUPPLY: Pin = Pin::new(GPIOC, 3);

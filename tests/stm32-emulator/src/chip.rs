@@ -72,7 +72,7 @@ impl Board {
             is_external: false,
         },
         bus: Port(3),
-        direction: Pin::new('C', 6),
+        direction: Pin::new('C', 2),
         stop: Pin::new('B', 8),
         supply: Pin::new('C', 3),
     };
