@@ -5,7 +5,7 @@ pub use on_board::compute;
 
 #[cfg(feature = "board")]
 mod on_board {
-    use armbridge_shared::crc32::checksum_of_words;
+    use armbridge_link::crc32::checksum_of_words;
     use core::ptr;
 
     unsafe extern "C" {

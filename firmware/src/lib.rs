@@ -1,6 +1,6 @@
 //! The bridge on a board: drivers, executors, boot and stop.
 //!
-//! Torques are computed in the `armbridge-shared` crate, the
+//! Torques are computed in the [`armbridge_board`] crate, the
 //! same code that the bench runs. A board adds byte streams, a pin, a clock and the
 //! emergency stop.
 //!

@@ -1,8 +1,8 @@
 //! Persistent settings: loaded at boot, saved on a command of the host.
 
-use armbridge_shared::bridge::{LinkPort, can_run};
-use armbridge_shared::link::message::{Settings, SettingsFrom};
-use armbridge_shared::store::Store;
+use armbridge_board::bridge::{LinkPort, can_run};
+use armbridge_board::store::Store;
+use armbridge_link::message::{Settings, SettingsFrom};
 use embedded_storage::nor_flash::NorFlash;
 
 /// Number of saves for which a boot makes room: more than a tuning session needs.

@@ -4,7 +4,7 @@
 //! never been used. A call that leaves a large buffer unwritten at its deepest
 //! point hides that part, so this is the observed use, not the largest possible.
 
-use armbridge_shared::link::message::Stack;
+use armbridge_link::message::Stack;
 
 /// Pattern that is unlikely in memory: no small number, no address of this program.
 pub const PAINT: u32 = 0xC5C5_A3A3;

@@ -8,9 +8,9 @@
 //! Morpheus servos always are, and 52.2 ms at the 57,600 baud of the slowest
 //! stock servos that discovery finds.
 
-use armbridge_shared::bridge::SERVO_IDS;
-use armbridge_shared::servo::port::BAUD_RATES;
-use armbridge_shared::servo::stop::{StopStep, stop_steps};
+use armbridge_board::bridge::SERVO_IDS;
+use armbridge_servo::port::BAUD_RATES;
+use armbridge_servo::stop::{StopStep, stop_steps};
 
 /// Duration of the sequence from the first to the last bit at 1 Mbaud, in µs, without
 /// delays of the processor.
@@ -70,7 +70,7 @@ pub fn send_first(line: &mut impl PolledUart, baud_before: Option<u32>) {
 mod tests {
     extern crate std;
     use super::*;
-    use armbridge_shared::servo::port::bytes_us;
+    use armbridge_servo::port::bytes_us;
     use std::vec::Vec;
 
     /// A wire, and what was on it: at which speed, and from when on in µs.

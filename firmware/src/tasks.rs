@@ -34,9 +34,9 @@
 //!
 //! A tick that is late or stuck nevertheless does not feed the watchdog.
 //!
-//! [`Bridge`]: armbridge_shared::bridge::Bridge
-//! [`LinkPort`]: armbridge_shared::bridge::LinkPort
-//! [`PortEnd`]: armbridge_shared::bridge::gateway::PortEnd
+//! [`Bridge`]: armbridge_board::bridge::Bridge
+//! [`LinkPort`]: armbridge_board::bridge::LinkPort
+//! [`PortEnd`]: armbridge_board::bridge::gateway::PortEnd
 
 mod client;
 mod host_link;

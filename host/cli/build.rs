@@ -21,7 +21,7 @@ fn main() {
         "../client/src",
         "../log/src",
         "../sim/src",
-        "../../shared/src",
+        "../../shared",
         "../../Cargo.lock",
     ] {
         println!("cargo::rerun-if-changed={path}");

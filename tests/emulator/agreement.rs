@@ -6,10 +6,10 @@
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_client::endpoint::{Endpoint, Exposure};
 use armbridge_client::tcp_pump;
-use armbridge_shared::actuator::Pwm;
-use armbridge_shared::estimate::Config;
-use armbridge_shared::link::message::{Command, Drive, Fault, Mode, Record, Setup, StopSource};
-use armbridge_shared::link::motion::Motion;
+use armbridge_control::estimate::Config;
+use armbridge_link::message::{Command, Drive, Fault, Mode, Record, Setup, StopSource};
+use armbridge_link::motion::Motion;
+use armbridge_servo::Pwm;
 use armbridge_sim::Bench;
 use armbridge_sim::cosim::Cosim;
 use armbridge_sim::emulator::{EmulatedBoard, Image, Qemu, QemuOptions, Time};

@@ -1,6 +1,6 @@
 //! A control loop of the firmware with a client that never stops asking.
 
-use armbridge_shared::servo::Firmware;
+use armbridge_servo::Firmware;
 use armbridge_tests::gateway::loops::{client, hammered, in_emulator, on_bench};
 
 #[test]

@@ -2,10 +2,10 @@
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_client::event::EventKind;
-use armbridge_shared::experiment::Signal;
-use armbridge_shared::link::experiment::{Experiment, Role};
-use armbridge_shared::link::message::{Command, Drive, Record, Setup, ToHost};
-use armbridge_shared::link::motion::Motion;
+use armbridge_control::experiment::Signal;
+use armbridge_link::experiment::{Experiment, Role};
+use armbridge_link::message::{Command, Drive, Record, Setup, ToHost};
+use armbridge_link::motion::Motion;
 use armbridge_sim::Bench;
 use armbridge_sim::cosim::Cosim;
 use armbridge_sim::emulator::{EmulatedBoard, Image, Qemu, QemuOptions, Time};

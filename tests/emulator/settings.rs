@@ -4,7 +4,7 @@ use std::io::Read;
 use std::time::{Duration, Instant};
 
 use armbridge_client::tcp_pump;
-use armbridge_shared::link::message::{Refusal, SettingsFrom};
+use armbridge_link::message::{Refusal, SettingsFrom};
 use armbridge_sim::emulator::{Failure, Image, Provocation, Qemu, QemuOptions, Time};
 use armbridge_sim::raw_bus_server::WallClockBench;
 use armbridge_tests::command_host::{CommandHost, Request, SAVE, bench, configure};

@@ -1,7 +1,7 @@
 //! Torque off in the firmware: the scenarios of the bench, on the emulated board.
 
-use armbridge_shared::link::message::{Command, Fault, Limits, Mode, Refusal, Setup};
-use armbridge_shared::servo::Firmware;
+use armbridge_link::message::{Command, Fault, Limits, Mode, Refusal, Setup};
+use armbridge_servo::Firmware;
 use armbridge_sim::faults::sensor::SensorFault;
 use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::torque_off::cases::run_cases;

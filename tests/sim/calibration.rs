@@ -1,11 +1,11 @@
 //! Calibrations that are wrong: the arm stays where it may be.
 
 use armbridge_analysis::plan_runner::Script;
+use armbridge_board::bridge::{Channels, settings_refusal};
 use armbridge_client::Host;
-use armbridge_shared::actuator::{Direction, Joint, MIDDLE_COUNT, bounds};
-use armbridge_shared::bridge::{Channels, settings_refusal};
-use armbridge_shared::link::limits::hard;
-use armbridge_shared::link::message::{Command, Refusal, Settings, Setup};
+use armbridge_control::actuator::{Direction, Joint, MIDDLE_COUNT, bounds};
+use armbridge_link::limits::hard;
+use armbridge_link::message::{Command, Refusal, Settings, Setup};
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::Cosim;
 use armbridge_tests::command_host::{CommandHost, Request, bench};

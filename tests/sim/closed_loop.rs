@@ -1,11 +1,11 @@
 //! The whole slice on the bench: link, bridge, bus, servos, arm.
 
 use armbridge_analysis::plan_runner::{PlanError, PlanRunner, Script};
+use armbridge_board::bridge::Channels;
 use armbridge_client::status::Obstacle;
-use armbridge_shared::arm::Mounting;
-use armbridge_shared::bridge::Channels;
-use armbridge_shared::estimate::Config;
-use armbridge_shared::link::message::{
+use armbridge_control::arm::Mounting;
+use armbridge_control::estimate::Config;
+use armbridge_link::message::{
     Command, Controller, Drive, Fault, Gains, Guards, Missing, Mode, Record, Sample, Setup,
 };
 use armbridge_sim::Bench;

@@ -9,10 +9,10 @@
 use std::fmt::Debug;
 
 use armbridge_analysis::monte_carlo::{Joints, Maneuver, Outcome, Trial, for_seeds};
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Joint;
-use armbridge_shared::estimate::{Config, Tuning};
-use armbridge_shared::link::message::{Controller, Gains, Setup};
+use armbridge_control::actuator::Joint;
+use armbridge_control::estimate::{Config, Tuning};
+use armbridge_link::message::{Controller, Gains, Setup};
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::{PlantConfig, Push};
 use armbridge_tests::{computed_torque, plant};
 

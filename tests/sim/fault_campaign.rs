@@ -2,7 +2,7 @@
 //!
 //! `armbridge fault-campaign --seeds 10000` is the same with more.
 
-use armbridge_shared::servo::Firmware;
+use armbridge_servo::Firmware;
 use armbridge_sim::fault_campaign;
 use armbridge_sim::fault_campaign::{Case, Kind, Origin};
 use armbridge_tests::fault_campaign::campaign;

@@ -11,6 +11,7 @@ mod fault_campaign;
 mod gateway;
 mod golden;
 mod identification;
+mod layers;
 mod links;
 mod log;
 mod own_control;

@@ -1,14 +1,12 @@
 //! Control of a user's own: observer gain and poles, integral action, on the bench.
 
 use armbridge_analysis::monte_carlo::{Maneuver, Outcome, Trial};
-use armbridge_shared::arm::Parameters;
-use armbridge_shared::bridge::settings_refusal;
-use armbridge_shared::design::placement::Poles;
-use armbridge_shared::estimate::{Config, Estimator, Form};
-use armbridge_shared::link::frame::Encoder;
-use armbridge_shared::link::message::{
-    Controller, Gains, Limits, Refusal, Settings, Setup, ToHost,
-};
+use armbridge_board::bridge::settings_refusal;
+use armbridge_control::arm::Parameters;
+use armbridge_control::design::placement::Poles;
+use armbridge_control::estimate::{Config, Estimator, Form};
+use armbridge_link::frame::Encoder;
+use armbridge_link::message::{Controller, Gains, Limits, Refusal, Settings, Setup, ToHost};
 use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::{plant, records};
 

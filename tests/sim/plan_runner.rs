@@ -3,9 +3,9 @@
 use armbridge_analysis::plan_runner::{PlanError, PlanRunner, Script};
 use armbridge_client::Host;
 use armbridge_client::error::SessionError;
-use armbridge_shared::link::frame::Encoder;
-use armbridge_shared::link::message::{Hello, Setup, ToHost};
-use armbridge_shared::link::schema;
+use armbridge_link::frame::Encoder;
+use armbridge_link::message::{Hello, Setup, ToHost};
+use armbridge_link::schema;
 
 /// Runs against a peer that sends the same every 100 ms, until it gives up.
 fn verdict(bytes: &[u8]) -> SessionError {

@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use armbridge_analysis::plot;
+use armbridge_link::message::{Fault, Missing, Mode, Record, Sample, Timing};
 use armbridge_log::output_file::Existing;
-use armbridge_shared::link::message::{Fault, Missing, Mode, Record, Sample, Timing};
 use armbridge_tests::synthetic;
 
 use crate::folder;

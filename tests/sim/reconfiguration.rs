@@ -1,10 +1,10 @@
 //! Set-ups and sources of the reference taken over while the arm moves, and refused.
 
 use armbridge_analysis::plan_runner::Script;
-use armbridge_shared::bridge::Channels;
-use armbridge_shared::estimate::Config;
-use armbridge_shared::link::message::{Command, Controller, Drive, Gains, Record, Setup};
-use armbridge_shared::link::motion::Motion;
+use armbridge_board::bridge::Channels;
+use armbridge_control::estimate::Config;
+use armbridge_link::message::{Command, Controller, Drive, Gains, Record, Setup};
+use armbridge_link::motion::Motion;
 use armbridge_sim::cosim::CosimError;
 use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::{bench_run, plant, records};

@@ -1,11 +1,11 @@
 //! Settings outlive the board: saved over the link, in force after a reset.
 
+use armbridge_board::bridge::Channels;
 use armbridge_client::Host;
-use armbridge_shared::bridge::Channels;
-use armbridge_shared::link::message::{
+use armbridge_link::message::{
     Command, Guards, Limits, Record, Refusal, SettingsFrom, Setup, ToHost,
 };
-use armbridge_shared::servo::Firmware;
+use armbridge_servo::Firmware;
 use armbridge_sim::board::{Flash, VirtualBoard, blank_flash};
 use armbridge_sim::cosim::Cosim;
 use armbridge_sim::plant::PlantConfig;

@@ -1,10 +1,10 @@
 //! Numbers of the summary against ones known beforehand.
 
 use armbridge_client::LinkStats;
+use armbridge_link::message::{Drive, Fault, Missing, Mode, Record, Sample, Timing};
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::simulation::Push;
 use armbridge_log::summary::{SegmentSummary, Spread, Summary, Tally, segments};
-use armbridge_shared::link::message::{Drive, Fault, Missing, Mode, Record, Sample, Timing};
 use armbridge_tests::synthetic;
 
 const LINK: LinkStats = LinkStats {

@@ -1,8 +1,8 @@
 //! Motion and torque in the summary, against ones known beforehand.
 
 use armbridge_client::LinkStats;
+use armbridge_link::message::{Drive, Guards, Mode, Record, Sample};
 use armbridge_log::summary::Summary;
-use armbridge_shared::link::message::{Drive, Guards, Mode, Record, Sample};
 use armbridge_tests::synthetic;
 
 /// Records at rest at zero, 1 ms apart.

@@ -3,15 +3,15 @@
 
 use std::convert::Infallible;
 
+use armbridge_board::bridge::{Channels, MemoryRegion};
 use armbridge_client::Host;
 use armbridge_client::session::{BoardMessage, CommandLink};
-use armbridge_shared::bridge::{Channels, MemoryRegion};
-use armbridge_shared::link::message::{
+use armbridge_link::message::{
     Command, Drive, Fault, Limits, Mode, OffReport, OffState, Refusal, Setup, StopSource, ToBoard,
     ToHost, Trip,
 };
-use armbridge_shared::link::motion::Motion;
-use armbridge_shared::servo::Firmware;
+use armbridge_link::motion::Motion;
+use armbridge_servo::Firmware;
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::Cosim;

@@ -9,9 +9,9 @@ use std::fmt::Write;
 use std::path::Path;
 
 use armbridge_analysis::monte_carlo::{Joints, Maneuver, Outcome, Trial, for_seeds};
-use armbridge_shared::JOINTS;
-use armbridge_shared::estimate::Config;
-use armbridge_shared::link::message::{Controller, Setup};
+use armbridge_control::estimate::Config;
+use armbridge_link::message::{Controller, Setup};
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::{computed_torque, plant};
 

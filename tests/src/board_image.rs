@@ -5,7 +5,7 @@ use std::fmt::Debug;
 
 use armbridge_client::Host;
 use armbridge_client::event::EventKind;
-use armbridge_shared::link::message::{BoardReport, Record, ToHost};
+use armbridge_link::message::{BoardReport, Record, ToHost};
 use armbridge_sim::Bench;
 use armbridge_sim::half_duplex_bus::ReceivedByte;
 use armbridge_stm32_emulator::chip::Board;

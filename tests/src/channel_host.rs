@@ -9,7 +9,7 @@ use armbridge_client::event::{Direction, EventKind, LinkDecoder};
 use armbridge_client::session::{ChannelHost, Request, SessionHandle};
 use armbridge_client::transport::{LinkOptions, LinkUri, drive};
 use armbridge_client::{LinkError, Tap};
-use armbridge_shared::link::message::{Command, Mode, ToHost};
+use armbridge_link::message::{Command, Mode, ToHost};
 
 use crate::served_board::{OFF, Served, until};
 

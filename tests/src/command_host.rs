@@ -5,9 +5,7 @@ use std::convert::Infallible;
 
 use armbridge_client::Host;
 use armbridge_client::session::{BoardMessage, CommandLink};
-use armbridge_shared::link::message::{
-    Command, Mode, Record, Refusal, SettingsFrom, Setup, ToHost,
-};
+use armbridge_link::message::{Command, Mode, Record, Refusal, SettingsFrom, Setup, ToHost};
 use armbridge_sim::Bench;
 use armbridge_sim::plant::Plant;
 

@@ -1,7 +1,7 @@
 //! Runs without a fault, as long as a test has time for.
 
 use armbridge_analysis::plan_runner::Script;
-use armbridge_shared::link::message::{Command, Mode, Setup};
+use armbridge_link::message::{Command, Mode, Setup};
 use armbridge_sim::plant::PlantConfig;
 
 use crate::arms::truth::true_setup;

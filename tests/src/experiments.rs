@@ -1,7 +1,7 @@
 //! Experiments that a host may come up with.
 
-use armbridge_shared::experiment::Signal;
-use armbridge_shared::link::experiment::{Experiment, Role};
+use armbridge_control::experiment::Signal;
+use armbridge_link::experiment::{Experiment, Role};
 
 use crate::random::Random;
 

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use armbridge_analysis::monte_carlo::for_seeds;
 use armbridge_log::replay::{Changes, Replayer};
-use armbridge_shared::servo::Firmware;
+use armbridge_servo::Firmware;
 use armbridge_sim::fault_campaign::{self, Case, Kind, Outcome, Report, run_with_events};
 
 /// Runs the cases of these seeds.

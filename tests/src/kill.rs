@@ -8,11 +8,11 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use armbridge_client::event::Direction;
+use armbridge_link::frame::Encoder;
+use armbridge_link::message::{Mode, Record, Sample, Settings, ToHost};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::Recording;
 use armbridge_log::run_info::RunFacts;
-use armbridge_shared::link::frame::Encoder;
-use armbridge_shared::link::message::{Mode, Record, Sample, Settings, ToHost};
 use serde_json::Value;
 
 use crate::paths;

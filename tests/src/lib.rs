@@ -33,11 +33,11 @@ pub mod torque_off;
 pub mod trace;
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::State;
-use armbridge_shared::bridge::Channels;
-use armbridge_shared::link::message::{Controller, Drive, Record, Setup};
-use armbridge_shared::link::motion::Motion;
+use armbridge_board::bridge::Channels;
+use armbridge_control::arm::State;
+use armbridge_link::message::{Controller, Drive, Record, Setup};
+use armbridge_link::motion::Motion;
+use armbridge_servo::JOINTS;
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::Cosim;

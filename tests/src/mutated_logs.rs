@@ -20,6 +20,8 @@ use armbridge_analysis::identify::{KnownParameters, Prior, Tally, identify, trac
 use armbridge_analysis::plan_runner::Script;
 use armbridge_analysis::plot::{self, Figure, Formats};
 use armbridge_client::event::{Direction, Event, EventKind};
+use armbridge_link::frame::Encoder;
+use armbridge_link::message::{Command as BoardCommand, Settings, Setup, ToBoard};
 use armbridge_log::export::{self, Format};
 use armbridge_log::inspect::{Diff, Head, Info, Log, log};
 use armbridge_log::output_file::{Existing, OutputFile};
@@ -28,8 +30,6 @@ use armbridge_log::recording::{Reader, Recording};
 use armbridge_log::replay::{Changes, Replayer};
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::time_origin::Align;
-use armbridge_shared::link::frame::Encoder;
-use armbridge_shared::link::message::{Command as BoardCommand, Settings, Setup, ToBoard};
 
 use crate::tapped_bench::{Action, ScriptedHost, recorded, tapped_run};
 use crate::{plant, sinusoid};

@@ -1,8 +1,8 @@
 //! A host that does anything at any time, and its run through the board's code again.
 
-use armbridge_shared::link::limits::Limits;
-use armbridge_shared::link::message::{Command, Setup, ToBoard};
-use armbridge_shared::link::motion::Motion;
+use armbridge_link::limits::Limits;
+use armbridge_link::message::{Command, Setup, ToBoard};
+use armbridge_link::motion::Motion;
 use armbridge_sim::half_duplex_bus::{BusDirection, ByteDamage, ByteFault};
 
 use crate::experiments::{experiment, number};
@@ -61,7 +61,7 @@ fn act(random: &mut Random, now_us: u64) -> Action {
                 ToBoard::Stop,
                 ToBoard::Goodbye,
                 ToBoard::Heartbeat,
-                ToBoard::Hello(armbridge_shared::link::schema::HELLO),
+                ToBoard::Hello(armbridge_link::schema::HELLO),
             ]));
         }
     };

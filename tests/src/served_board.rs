@@ -5,10 +5,10 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use armbridge_board::bridge::Channels;
 use armbridge_client::endpoint::Exposure;
 use armbridge_client::transport::LinkUri;
-use armbridge_shared::bridge::Channels;
-use armbridge_shared::link::message::{BoardReport, End, LastEnd, Mode};
+use armbridge_link::message::{BoardReport, End, LastEnd, Mode};
 use armbridge_sim::Bench;
 use armbridge_sim::board::{VirtualBoard, blank_flash};
 use armbridge_sim::cosim::Cosim;

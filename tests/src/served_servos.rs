@@ -8,7 +8,7 @@ use armbridge_client::servo_bus::line::TcpLine;
 use armbridge_client::servo_bus::reading::Value;
 use armbridge_client::servo_bus::{BusMaster, Servo};
 use armbridge_client::servo_table::MORPHEUS;
-use armbridge_shared::servo::Firmware as Kind;
+use armbridge_servo::Firmware as Kind;
 use armbridge_sim::Bench;
 use armbridge_sim::plant::{Plant, PlantConfig};
 use armbridge_sim::raw_bus_server::WallClockBench;

@@ -4,11 +4,11 @@
 //! Made here and not on the bench, so that what is reported is tested against
 //! numbers that are known beforehand and does not change when the bench does.
 
-use armbridge_log::run_info::RunFacts;
-use armbridge_shared::estimate::Config;
-use armbridge_shared::link::message::{
+use armbridge_control::estimate::Config;
+use armbridge_link::message::{
     Controller, Drive, Gains, Missing, Mode, Record, Sample, Setup, Timing,
 };
+use armbridge_log::run_info::RunFacts;
 
 /// Angle of one encoder count: 300 degrees over 1023 counts.
 pub const RAD_PER_COUNT: f64 = 300.0 / 1023.0 * std::f64::consts::PI / 180.0;

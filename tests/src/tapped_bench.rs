@@ -3,12 +3,12 @@
 use std::collections::VecDeque;
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
+use armbridge_board::bridge::Channels;
 use armbridge_client::Host;
 use armbridge_client::event::{Direction, Event, EventKind, LinkDecoder};
 use armbridge_client::session::{BoardMessage, CommandLink};
+use armbridge_link::message::{Command, Mode, Record, ToBoard, ToHost};
 use armbridge_log::replay::{Changes, Replayer, Report, Verdict};
-use armbridge_shared::bridge::Channels;
-use armbridge_shared::link::message::{Command, Mode, Record, ToBoard, ToHost};
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::Cosim;

@@ -12,19 +12,20 @@
 
 use core::hint::black_box;
 
+use armbridge_control::arm::{Parameters, Posture, State};
+use armbridge_control::controller::{ComputedTorque, Lqr, Tuning, Weights};
+use armbridge_control::design::placement::{self, Poles};
+use armbridge_control::estimate::{Config, Estimator, Form, Luenberger, Model};
+use armbridge_control::real::Real;
+use armbridge_control::trajectory::Reference;
+use armbridge_control::trajectory::{Bounds, Shape, Trajectory};
 use armbridge_firmware::board::mps2_an386::clock;
 use armbridge_firmware::board::mps2_an386::semihosting;
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::{Parameters, Posture, State};
-use armbridge_shared::control::trajectory::{Bounds, Shape, Trajectory};
-use armbridge_shared::control::{ComputedTorque, Lqr, Reference, Tuning, Weights};
-use armbridge_shared::design::placement::{self, Poles};
-use armbridge_shared::estimate::{Config, Estimator, Form, Luenberger, Model};
-use armbridge_shared::link::frame::{Decoder, Encoder};
-use armbridge_shared::link::message::{
+use armbridge_link::frame::{Decoder, Encoder};
+use armbridge_link::message::{
     Command, Drive, Guards, Mode, Record, Sample, Timing, ToBoard, ToHost,
 };
-use armbridge_shared::real::Real;
+use armbridge_servo::JOINTS;
 use cortex_m_semihosting::hprintln;
 use nalgebra::Vector2;
 

@@ -3,6 +3,9 @@
 #![no_std]
 #![no_main]
 
+use armbridge_board::bridge::gateway::PortEnd;
+use armbridge_board::bridge::{Bridge, BridgeEnd, Channels, LinkPort};
+use armbridge_board::store::Store;
 use armbridge_firmware::board::mps2_an386::bus::BusLine;
 use armbridge_firmware::board::mps2_an386::crash::reset_cause;
 use armbridge_firmware::board::mps2_an386::flash::{self, Flash};
@@ -20,10 +23,7 @@ use armbridge_firmware::settings;
 use armbridge_firmware::stack;
 use armbridge_firmware::stack_guard;
 use armbridge_firmware::tasks::{self, RealTimeLoop, Signals};
-use armbridge_shared::bridge::gateway::PortEnd;
-use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkPort};
-use armbridge_shared::link::message::{BoardReport, Settings};
-use armbridge_shared::store::Store;
+use armbridge_link::message::{BoardReport, Settings};
 use static_cell::{ConstStaticCell, StaticCell};
 
 static CHANNELS: ConstStaticCell<Channels> = ConstStaticCell::new(Channels::new());

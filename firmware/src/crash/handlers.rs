@@ -5,7 +5,7 @@ use super::frame::{FRAME_LEN, is_overflow, pc_address};
 use super::{memory, record};
 use crate::board::crash as board;
 use crate::{stack, stop};
-use armbridge_shared::link::message::{End, LastEnd};
+use armbridge_link::message::{End, LastEnd};
 use core::panic::{Location, PanicInfo};
 use core::ptr;
 use core::sync::atomic::{AtomicU32, Ordering};

@@ -6,8 +6,8 @@
 //! accesses, and then its values are final.
 
 use super::record::{self, CrashRecord, WORDS};
-use armbridge_shared::link::message::{BoardReport, End, LastEnd};
-use armbridge_shared::servo::port::BAUD_RATES;
+use armbridge_link::message::{BoardReport, End, LastEnd};
+use armbridge_servo::port::BAUD_RATES;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 /// Bits per second that an AX-12A can be set to.

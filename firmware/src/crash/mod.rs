@@ -69,7 +69,7 @@ mod handlers;
 pub mod memory;
 pub mod record;
 
-use armbridge_shared::bridge::limits::PERIOD_MAX_US;
+use armbridge_board::bridge::limits::PERIOD_MAX_US;
 
 #[cfg(feature = "board")]
 pub use handlers::{end, stop_first};

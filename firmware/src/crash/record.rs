@@ -14,9 +14,9 @@
 //! CRC detect. So an intact record also proves that the
 //! memory has not been without power since it was written.
 
-use armbridge_shared::crc32::checksum_of_words;
-use armbridge_shared::link::board::PLACE_LEN;
-use armbridge_shared::link::message::{End, LastEnd};
+use armbridge_link::board::PLACE_LEN;
+use armbridge_link::crc32::checksum_of_words;
+use armbridge_link::message::{End, LastEnd};
 
 /// Words of a record.
 pub const WORDS: usize = 12;

@@ -3,9 +3,9 @@
 use super::signals::Signals;
 use super::stream::{FromHost, ToHost, when};
 use crate::settings;
-use armbridge_shared::bridge::LinkPort;
-use armbridge_shared::link::message::Stack;
-use armbridge_shared::store::Store;
+use armbridge_board::bridge::LinkPort;
+use armbridge_board::store::Store;
+use armbridge_link::message::Stack;
 use core::pin::pin;
 use embassy_futures::select::{Either, select};
 use embedded_storage::nor_flash::NorFlash;

@@ -1,6 +1,6 @@
 //! The signals of the real-time loop to the loops in thread mode.
 
-use armbridge_shared::link::message::Mode;
+use armbridge_link::message::Mode;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 

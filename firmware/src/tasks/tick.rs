@@ -15,10 +15,10 @@
 
 use super::signals::Signals;
 use crate::crash::memory;
-use armbridge_shared::bridge::supply::SupplyPermission;
-use armbridge_shared::bridge::{Bridge, Progress, QueueWatch};
-use armbridge_shared::link::message::{Mode, StopSource};
-use armbridge_shared::servo::bus::Bus;
+use armbridge_board::bridge::supply::SupplyPermission;
+use armbridge_board::bridge::{Bridge, Progress, QueueWatch};
+use armbridge_link::message::{Mode, StopSource};
+use armbridge_servo::bus::Bus;
 use core::convert::Infallible;
 use embedded_hal::digital::OutputPin;
 
@@ -174,10 +174,10 @@ fn publish(bridge: &mut Bridge<'_, impl Bus>, compute_ns: u32) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armbridge_shared::bridge::Channels;
-    use armbridge_shared::link::message::{Fault, Settings};
-    use armbridge_shared::servo::port::SetBaud;
-    use armbridge_shared::servo::serial_bus::SerialBus;
+    use armbridge_board::bridge::Channels;
+    use armbridge_link::message::{Fault, Settings};
+    use armbridge_servo::port::SetBaud;
+    use armbridge_servo::serial_bus::SerialBus;
     use core::cell::Cell;
     use embedded_hal_nb::serial;
 

@@ -10,12 +10,12 @@ use std::time::Instant;
 
 use armbridge_analysis::plot;
 use armbridge_client::event::Direction;
+use armbridge_link::frame::Encoder;
+use armbridge_link::message::{Record, Settings, ToHost};
 use armbridge_log::output_file::Existing;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::Reader;
 use armbridge_log::run_info::RunFacts;
-use armbridge_shared::link::frame::Encoder;
-use armbridge_shared::link::message::{Record, Settings, ToHost};
 
 #[path = "../../../tests/src/synthetic.rs"]
 #[expect(unreachable_pub, reason = "public to the tests")]

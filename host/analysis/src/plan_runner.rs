@@ -32,7 +32,7 @@ use armbridge_client::error::SessionError;
 use armbridge_client::session::{
     ANSWER_TIMEOUT_US, ARM_TIMEOUT_US, HELLO_TIMEOUT_US, Request, SERVO_TIMEOUT_US, Session,
 };
-use armbridge_shared::link::message::{Command, Mode, OffReport, Record, Settings, Trip};
+use armbridge_link::message::{Command, Mode, OffReport, Record, Settings, Trip};
 use armbridge_sim::cosim::Interaction;
 
 use outcome::StopMonitor;

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use armbridge_client::event::Direction;
+use armbridge_link::frame::Encoder;
+use armbridge_link::message::{Record, Settings, ToHost};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::simulation::{Push, SimulationEvent};
-use armbridge_shared::link::frame::Encoder;
-use armbridge_shared::link::message::{Record, Settings, ToHost};
 
 /// Writes a log of these ticks; the pushes are in it before all of them, as a recorder writes
 /// what it takes from its queue at once.

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use armbridge_client::LinkError;
 use armbridge_client::error::SessionError;
 use armbridge_client::session::{ChannelHost, Request, SessionHandle};
-use armbridge_shared::link::server::{LinkRole, Touch};
+use armbridge_link::server::{LinkRole, Touch};
 use armbridge_sim::cosim::Interaction;
 use armbridge_sim::link::{BoardUri, Options, drive};
 

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use armbridge_client::session::{ChannelHost, Request};
 use armbridge_client::transport::{LinkOptions, LinkUri, drive};
-use armbridge_shared::link::message::{Command, Mode};
+use armbridge_link::message::{Command, Mode};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let link: LinkUri = std::env::args().nth(1).ok_or("name a link")?.parse()?;

@@ -3,8 +3,8 @@
 //! Log files, tables and plots all use these, so that a name found in one can
 //! be searched for in the others.
 
-use armbridge_shared::link::message::{Command, Drive, Fault, Guards, Missing, Mode, StopSource};
-use armbridge_shared::servo::protocol1::Alarms;
+use armbridge_link::message::{Command, Drive, Fault, Guards, Missing, Mode, StopSource};
+use armbridge_servo::Alarms;
 
 use crate::servo_table::alarms;
 

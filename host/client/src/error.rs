@@ -1,7 +1,7 @@
 //! Reasons for the end of a session, and causes that a board reports, as text.
 
-use armbridge_shared::link::message::{End, Hello, LastEnd, Missing};
-use armbridge_shared::link::schema;
+use armbridge_link::message::{End, Hello, LastEnd, Missing};
+use armbridge_link::schema;
 
 /// Reason for the end of a session.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

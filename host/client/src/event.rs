@@ -4,8 +4,8 @@
 //! the host read or wrote them, and emits [`Event`]s. Recorder, dashboard and server
 //! each have one, which is their only access to the link.
 
-use armbridge_shared::link::frame::{Decoder, FrameError, Message, Received};
-use armbridge_shared::link::message::{Record, ToBoard, ToHost};
+use armbridge_link::frame::{Decoder, FrameError, Message, Received};
+use armbridge_link::message::{Record, ToBoard, ToHost};
 
 /// Direction of bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -123,7 +123,7 @@ fn decode<M: Message>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armbridge_shared::link::frame::Encoder;
+    use armbridge_link::frame::Encoder;
 
     #[test]
     fn both_directions_are_decoded_and_gaps_are_counted() {

@@ -1,8 +1,10 @@
 //! Experiments as text: reasons for rejection, and results.
 
-use armbridge_shared::experiment::{DURATION_MAX_S, FREQUENCY_MAX_HZ, Flaw, LINES_MAX, TIME_MIN_S};
-use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd, Measure, Objection};
-use armbridge_shared::link::limits::hard;
+use armbridge_control::experiment::{
+    DURATION_MAX_S, FREQUENCY_MAX_HZ, Flaw, LINES_MAX, TIME_MIN_S,
+};
+use armbridge_link::experiment::{Conclusion, ExperimentEnd, Measure, Objection};
+use armbridge_link::limits::hard;
 
 /// Reason for a rejection, and the remedy. One line without a full stop.
 pub fn objection(objection: Objection) -> String {

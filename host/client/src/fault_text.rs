@@ -2,7 +2,7 @@
 //! remedy.
 
 use crate::number_text::beside_limit;
-use armbridge_shared::link::message::{Drive, Fault, Mode, OffReport, OffState, StopSource, Trip};
+use armbridge_link::message::{Drive, Fault, Mode, OffReport, OffState, StopSource, Trip};
 
 /// Explanation of a trip for the user. Lines without a full stop.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -4,7 +4,7 @@
 //! is compared with what a board runs. It covers the image from its second word on, because
 //! an emulated board cannot read the first, see the firmware's `image_crc`.
 
-use armbridge_shared::crc32::checksum;
+use armbridge_link::crc32::checksum;
 
 /// Largest extent of an image in flash, in bytes: that of the largest board.
 const FLASH_LEN: usize = 1 << 20;

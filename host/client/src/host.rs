@@ -7,7 +7,7 @@
 use std::convert::Infallible;
 
 use crate::simulation::SimulationEvent;
-use armbridge_shared::link::server::LinkRole;
+use armbridge_link::server::LinkRole;
 
 /// The host's end of a control link.
 pub trait Host {

@@ -1,8 +1,8 @@
 //! Reasons for which a board refuses a command, as text with the remedy.
 
-use armbridge_shared::control::trajectory::Quantity;
-use armbridge_shared::control::trajectory::stream::POINTS_MAX;
-use armbridge_shared::link::message::Refusal;
+use armbridge_control::trajectory::Quantity;
+use armbridge_control::trajectory::stream::POINTS_MAX;
+use armbridge_link::message::Refusal;
 
 use crate::experiment_text;
 use crate::number_text::beside_limit;

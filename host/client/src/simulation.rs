@@ -3,7 +3,7 @@
 //! A simulation passes it to the [`Tap`](crate::Tap)s of its link. Times are those of the
 //! simulation, in ns, on the same clock as the link's.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use serde::{Deserialize, Serialize};
 
 /// External torque on a joint.

@@ -1,14 +1,14 @@
 //! Status of a board: the latest of each of its messages.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::experiment::Conclusion;
-use armbridge_shared::link::message::{
+use armbridge_link::experiment::Conclusion;
+use armbridge_link::message::{
     BoardReport, Hello, LastEnd, Missing, Mode, OffReport, PortCounters, Record, Settings, ToHost,
     Trip,
 };
-use armbridge_shared::link::schema;
-use armbridge_shared::link::server::LinkRole;
-use armbridge_shared::servo::Firmware;
+use armbridge_link::schema;
+use armbridge_link::server::LinkRole;
+use armbridge_servo::Firmware;
+use armbridge_servo::JOINTS;
 
 use crate::error::{end_in_words, likely_cause};
 
@@ -157,7 +157,7 @@ impl BoardStatus {
     }
 
     fn take_record(&mut self, record: Record) {
-        use armbridge_shared::link::message::Drive::{Experiment, Hold};
+        use armbridge_link::message::Drive::{Experiment, Hold};
 
         let is_fault = |mode| matches!(mode, Mode::Fault(_));
         let was_fault = self.record.is_some_and(|last| is_fault(last.mode));

@@ -1,7 +1,7 @@
 //! Taps: listeners to the raw bytes of a link, such as recorders and dashboards, and to the
 //! simulation behind it.
 
-use armbridge_shared::link::server::LinkRole;
+use armbridge_link::server::LinkRole;
 
 use crate::Host;
 use crate::event::Direction;

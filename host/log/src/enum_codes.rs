@@ -1,6 +1,6 @@
 //! Modes, faults and kinds of missing samples as the numbers of the log's schema.
 
-use armbridge_shared::link::message::{self as link, Drive, StopSource};
+use armbridge_link::message::{self as link, Drive, StopSource};
 
 use super::proto;
 

@@ -9,9 +9,9 @@
 
 use armbridge_client::enum_names;
 use armbridge_client::event::{Direction, EventKind};
-use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
-use armbridge_shared::link::frame::FrameError;
-use armbridge_shared::link::message::{Command, ToBoard, ToHost};
+use armbridge_link::experiment::{Conclusion, ExperimentEnd};
+use armbridge_link::frame::FrameError;
+use armbridge_link::message::{Command, ToBoard, ToHost};
 
 use super::payload_codec::{exact, value};
 use super::{event_text, proto, telemetry};

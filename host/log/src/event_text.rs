@@ -2,8 +2,8 @@
 
 use armbridge_client::event::Direction;
 use armbridge_client::{experiment_text, fault_text, refusal_text};
-use armbridge_shared::link::frame::FrameError;
-use armbridge_shared::link::message::{
+use armbridge_link::frame::FrameError;
+use armbridge_link::message::{
     BoardReport, End, Missing, Mode, OffState, SettingsFrom, ToHost, Trip,
 };
 

@@ -2,7 +2,7 @@
 //! live server.
 
 use armbridge_client::event::{Direction, Event, EventKind};
-use armbridge_shared::link::message::{Mode, Record, Settings, ToHost};
+use armbridge_link::message::{Mode, Record, Settings, ToHost};
 
 use super::clock_sync::{Envelope, Line, Mapping};
 use super::simulation::{self, SimulationEvent, StateQueue};
@@ -35,7 +35,7 @@ pub struct Encoder {
     mapping: Mapping,
     envelope: Envelope,
     counters: Counters,
-    session: Option<armbridge_shared::link::message::BoardReport>,
+    session: Option<armbridge_link::message::BoardReport>,
     states: StateQueue,
     last_tick: Option<(u32, u64)>,
     is_disconnected: bool,

@@ -16,9 +16,9 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use armbridge_client::params;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{BoardReport, Settings};
-use armbridge_shared::link::schema;
+use armbridge_link::message::{BoardReport, Settings};
+use armbridge_link::schema;
+use armbridge_servo::JOINTS;
 use mcap::records::Metadata;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

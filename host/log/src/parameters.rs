@@ -1,7 +1,7 @@
 //! Settings as a message of the log: by name, and as exact bytes.
 
 use armbridge_client::params;
-use armbridge_shared::link::message::Settings;
+use armbridge_link::message::Settings;
 use toml::Value;
 
 use super::payload_codec::exact;

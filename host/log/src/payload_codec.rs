@@ -28,7 +28,7 @@ pub(super) fn value<T: DeserializeOwned>(exact: &Exact, is_same_schema: bool) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armbridge_shared::link::message::{Command, Settings, ToBoard};
+    use armbridge_link::message::{Command, Settings, ToBoard};
 
     #[test]
     fn another_version_reads_the_text() {

@@ -13,7 +13,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use armbridge_client::event::{Event, EventKind};
-use armbridge_shared::link::message::{Record, Settings, ToHost};
+use armbridge_link::message::{Record, Settings, ToHost};
 use mcap::records::op;
 
 use super::error::ReadError;

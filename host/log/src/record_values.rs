@@ -6,7 +6,7 @@
 //! follows. Figures and pages show the same values by these functions.
 
 use armbridge_client::enum_names;
-use armbridge_shared::link::message::{Drive, Record};
+use armbridge_link::message::{Drive, Record};
 
 /// A value that is known once servos have been found.
 pub fn once_up(record: &Record, value: f32) -> f64 {
@@ -49,7 +49,7 @@ pub fn count(record: &Record, joint: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use armbridge_shared::link::message::{Mode, Sample};
+    use armbridge_link::message::{Mode, Sample};
 
     use super::*;
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io;
 
-use armbridge_shared::link::message::Settings;
+use armbridge_link::message::Settings;
 use mcap::records::{Record, op};
 
 use super::limits::{METADATA_BYTES, METADATA_NAMES};

@@ -171,8 +171,8 @@ mod tests {
     use super::*;
     use crate::recording::Recording;
     use armbridge_client::event::Direction;
-    use armbridge_shared::link::frame::Encoder;
-    use armbridge_shared::link::message::{Settings, ToHost};
+    use armbridge_link::frame::Encoder;
+    use armbridge_link::message::{Settings, ToHost};
     use std::sync::Mutex;
 
     /// A disk that blocks while it is held, and has this much room.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use armbridge_shared::link::message::{Record, Settings};
+use armbridge_link::message::{Record, Settings};
 
 pub use super::error::ReadError;
 pub use super::reader::{Reader, Row, Rows};

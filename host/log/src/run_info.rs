@@ -3,10 +3,11 @@
 //! Those that settings change are derived from the settings in force when the motors were
 //! first driven: in a log from its `parameters`, see [`metadata`](crate::metadata).
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::{Direction, Joint, Pwm};
-use armbridge_shared::control::{Lqr, Weights};
-use armbridge_shared::link::message::{Controller, Gains, Settings, Setup};
+use armbridge_control::actuator::{Direction, Joint};
+use armbridge_control::controller::{Lqr, Weights};
+use armbridge_link::message::{Controller, Gains, Settings, Setup};
+use armbridge_servo::JOINTS;
+use armbridge_servo::Pwm;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 

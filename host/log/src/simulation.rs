@@ -11,7 +11,7 @@
 use std::collections::VecDeque;
 
 pub use armbridge_client::simulation::{Push, SimulationEvent, TrueState};
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 
 use super::proto;
 use super::telemetry::{microseconds, seconds};

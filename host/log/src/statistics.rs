@@ -1,7 +1,7 @@
 //! Statistics of a link, for a message each second.
 
 use armbridge_client::event::{Direction, EventKind};
-use armbridge_shared::link::message::Record;
+use armbridge_link::message::Record;
 
 use super::clock_sync::Line;
 use super::proto;

@@ -1,8 +1,8 @@
 //! Conversion of a tick's record to a message of the log, and back, to the bit.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator;
-use armbridge_shared::link::message::{Guards, Record, Sample, Timing};
+use armbridge_control::actuator;
+use armbridge_link::message::{Guards, Record, Sample, Timing};
+use armbridge_servo::JOINTS;
 
 use super::{enum_codes, proto};
 

@@ -5,8 +5,8 @@
 //! its log have the same axis. The search for servos and the motor check before it have
 //! negative times. A log in which the arm is never armed counts from its first tick.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Mode, Record};
+use armbridge_link::message::{Mode, Record};
+use armbridge_servo::JOINTS;
 
 /// Finds the first tick of a run, tick by tick.
 #[derive(Clone, Copy, Debug, Default)]
@@ -120,7 +120,7 @@ impl RunTimes {
 
 #[cfg(test)]
 mod tests {
-    use armbridge_shared::link::message::{Drive, Fault};
+    use armbridge_link::message::{Drive, Fault};
 
     use super::*;
 

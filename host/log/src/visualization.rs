@@ -7,9 +7,9 @@
 //! At zero both links point up, along z, and the foot angle is 0. A hanging arm has a foot
 //! angle of half a turn, and its base is above it. Angles are the estimated ones.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::{Mounting, Parameters};
-use armbridge_shared::link::message::{Record, Settings};
+use armbridge_control::arm::{Mounting, Parameters};
+use armbridge_link::message::{Record, Settings};
+use armbridge_servo::JOINTS;
 
 use super::proto::Severity;
 use super::proto::foxglove::{

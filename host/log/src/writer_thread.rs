@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use armbridge_client::event::{Event, EventKind, LinkDecoder};
 use armbridge_client::simulation::SimulationEvent;
-use armbridge_shared::link::message::{BoardReport, Settings, ToHost};
+use armbridge_link::message::{BoardReport, Settings, ToHost};
 use mcap::{McapError, McapResult};
 
 use super::mcap_file::LogFile;

@@ -1,9 +1,9 @@
 //! Bench: servos on a wire that move an arm.
 
+use armbridge_board::bridge::SERVO_IDS;
 use armbridge_client::simulation::TrueState;
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::State;
-use armbridge_shared::bridge::SERVO_IDS;
+use armbridge_control::arm::State;
+use armbridge_servo::JOINTS;
 
 use crate::drivetrain::Joints;
 use crate::faults::sensor::SensorFault;

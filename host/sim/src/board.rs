@@ -3,15 +3,15 @@
 
 use std::collections::VecDeque;
 
-use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
-use armbridge_shared::bridge::supply::SupplyPermission;
-use armbridge_shared::bridge::{
+use armbridge_board::bridge::gateway::{ClientLine, PortEnd};
+use armbridge_board::bridge::supply::SupplyPermission;
+use armbridge_board::bridge::{
     Bridge, BridgeEnd, LinkEnd, LinkPort, MemoryRegion, Progress, can_run,
 };
-use armbridge_shared::link::message::{BoardReport, Mode, Refusal, StopSource};
-use armbridge_shared::servo::serial_bus::SerialBus;
-use armbridge_shared::store::Store;
-use armbridge_shared::store::memory::Memory;
+use armbridge_board::store::Store;
+use armbridge_board::store::memory::Memory;
+use armbridge_link::message::{BoardReport, Mode, Refusal, StopSource};
+use armbridge_servo::serial_bus::SerialBus;
 
 use super::uart::{Direction, Uart};
 

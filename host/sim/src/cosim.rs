@@ -7,11 +7,11 @@
 use std::fmt;
 use std::sync::mpsc::Receiver;
 
+use armbridge_board::bridge::gateway::ClientLine;
 use armbridge_client::Host;
 use armbridge_client::simulation::SimulationEvent;
-use armbridge_shared::JOINTS;
-use armbridge_shared::bridge::gateway::ClientLine;
-use armbridge_shared::link::server::Touch;
+use armbridge_link::server::Touch;
+use armbridge_servo::JOINTS;
 
 use crate::Bench;
 use crate::board::{Board, Input, Output, Wake};

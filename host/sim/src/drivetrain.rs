@@ -1,7 +1,7 @@
 //! Loads of the bench's servos: the arm, and a free shaft for those beyond its two
 //! joints.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 
 use super::faults::sensor::Sensors;
 use super::half_duplex_bus::Mechanics;

@@ -31,10 +31,10 @@ pub use file::{BuiltinPlant, KEYS, KeyConflict, PLANTS, PlantError, PlantFile};
 use std::collections::VecDeque;
 
 use armbridge_client::simulation::TrueState;
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Pwm;
-use armbridge_shared::arm::State;
-use armbridge_shared::link::server::Touch;
+use armbridge_control::arm::State;
+use armbridge_link::server::Touch;
+use armbridge_servo::JOINTS;
+use armbridge_servo::Pwm;
 use hand::Hand;
 use nalgebra::Vector2;
 use rand_distr::{Distribution, StandardNormal};

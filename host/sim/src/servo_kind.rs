@@ -3,7 +3,7 @@
 use std::fmt;
 
 use armbridge_client::servo_table::Table;
-use armbridge_shared::servo::Firmware;
+use armbridge_servo::Firmware;
 
 use super::half_duplex_bus::Device;
 use super::morpheus_servo::{DEFAULT_ROM, Servo};

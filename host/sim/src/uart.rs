@@ -2,7 +2,7 @@
 //!
 //! Two handles on the same state: the board's, with `embedded-hal-nb`'s traits
 //! as a hardware port has them, of which
-//! [`SerialBus`](armbridge_shared::servo::serial_bus::SerialBus) makes a bus, and the bench's, which puts bytes in and takes
+//! [`SerialBus`](armbridge_servo::serial_bus::SerialBus) makes a bus, and the bench's, which puts bytes in and takes
 //! bytes out. A byte takes ten bits to send; `flush` is done after the last stop
 //! bit. Writes never block: the buffer is unbounded.
 
@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::rc::Rc;
 
-use armbridge_shared::servo::port::{BAUD_RATES, SetBaud, byte_ns};
+use armbridge_servo::port::{BAUD_RATES, SetBaud, byte_ns};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal_nb::serial;
 

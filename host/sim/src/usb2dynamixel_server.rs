@@ -15,9 +15,9 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::net::{TcpListener, TcpStream};
 
+use armbridge_board::bridge::gateway::ClientLine;
 #[cfg(unix)]
 use armbridge_client::pty::Pty;
-use armbridge_shared::bridge::gateway::ClientLine;
 
 use crate::cosim::PortClient;
 use crate::nonblocking;

@@ -1,10 +1,10 @@
 //! Boot: the first bytes on the bus, clocks, and the states that a chip may start in.
 
+use armbridge_board::bridge::SERVO_IDS;
 use armbridge_client::flash_image::{ERASED, FlashImage};
 use armbridge_client::host::NoHost;
-use armbridge_shared::bridge::SERVO_IDS;
-use armbridge_shared::link::message::{End, Fault, Mode, StopSource, ToBoard};
-use armbridge_shared::servo::stop::{StopStep, stop_steps};
+use armbridge_link::message::{End, Fault, Mode, StopSource, ToBoard};
+use armbridge_servo::stop::{StopStep, stop_steps};
 use armbridge_stm32_emulator::core::Start;
 use armbridge_stm32_emulator::peripherals::rcc::Reset;
 use armbridge_stm32_emulator::system::Unmodelled;

@@ -2,8 +2,8 @@
 //! the arm is held, and what the processor decided is what this program decides.
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
-use armbridge_shared::link::message::{Command, Drive, Setup};
-use armbridge_shared::servo::Firmware;
+use armbridge_link::message::{Command, Drive, Setup};
+use armbridge_servo::Firmware;
 use armbridge_sim::Bench;
 use armbridge_sim::plant::Plant;
 use armbridge_sim::servo_kind::ServoKind;

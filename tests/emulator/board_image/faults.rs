@@ -1,9 +1,7 @@
 //! Failures while the arm is driven: each ends with the motors off and the relay open, and
 //! the next hello names it.
 
-use armbridge_shared::link::message::{
-    Command, Drive, End, Fault, LastEnd, Mode, StopSource, ToBoard,
-};
+use armbridge_link::message::{Command, Drive, End, Fault, LastEnd, Mode, StopSource, ToBoard};
 use armbridge_stm32_emulator::peripherals::rcc::Reset;
 use armbridge_tests::board_image::BoardRun;
 use armbridge_tests::tapped_bench::{Action, ScriptedHost, TappedHost};

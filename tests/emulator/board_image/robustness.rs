@@ -1,8 +1,8 @@
 //! What a bench on a table does to a board: noise, cables that are pulled, other servos and
 //! oscillators, flash that holds anything.
 
-use armbridge_shared::link::message::{Drive, End, Mode, SettingsFrom, ToBoard};
-use armbridge_shared::servo::Firmware;
+use armbridge_link::message::{Drive, End, Mode, SettingsFrom, ToBoard};
+use armbridge_servo::Firmware;
 use armbridge_sim::Bench;
 use armbridge_sim::plant::Plant;
 use armbridge_sim::servo_kind::ServoKind;

@@ -1,7 +1,7 @@
 //! USB: what a host finds, and that the link survives what hosts do.
 
 use armbridge_client::host::NoHost;
-use armbridge_shared::link::message::ToBoard;
+use armbridge_link::message::ToBoard;
 use armbridge_stm32_emulator::usb_host::State;
 use armbridge_stm32_emulator::usb_host::enumeration::Request;
 use armbridge_tests::board_image::BoardRun;

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use armbridge_client::Host;
 use armbridge_client::session::{BoardMessage, CommandLink};
-use armbridge_shared::link::message::{BoardReport, Command, Mode, Record, Refusal, ToHost, Trip};
+use armbridge_link::message::{BoardReport, Command, Mode, Record, Refusal, ToHost, Trip};
 use armbridge_tests::random::Random;
 
 /// Bytes of garbage in [`FLOOD_US`]: 12 Mbaud, the full rate of USB.

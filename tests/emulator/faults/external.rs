@@ -14,7 +14,7 @@ use std::process::{Child, Command as Process, Stdio};
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_client::endpoint::{Endpoint, Exposure};
 use armbridge_client::tcp_pump;
-use armbridge_shared::link::message::{Command, Drive, Fault, Setup, StopSource};
+use armbridge_link::message::{Command, Drive, Fault, Setup, StopSource};
 use armbridge_sim::link_server::LinkServer;
 use armbridge_tests::sinusoid;
 

@@ -8,7 +8,7 @@
 //! end of it.
 
 use armbridge_client::session::BoardMessage;
-use armbridge_shared::link::message::{Command, Fault, Mode, Record, StopSource};
+use armbridge_link::message::{Command, Fault, Mode, Record, StopSource};
 use armbridge_tests::random::Random;
 
 use super::slow_motion::Rig;

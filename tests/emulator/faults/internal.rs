@@ -7,7 +7,7 @@
 //! has sent its own, and the board's clock at its head shows how long that took.
 
 use armbridge_client::session::BoardMessage;
-use armbridge_shared::link::message::{Command, End, LastEnd, Mode, Refusal, ToHost};
+use armbridge_link::message::{Command, End, LastEnd, Mode, Refusal, ToHost};
 use armbridge_sim::emulator::{Failure, Image, Provocation};
 use object::{Object, ObjectSymbol};
 

@@ -1,7 +1,7 @@
 //! The stop sequence, as bytes on the bus.
 
-use armbridge_shared::bridge::SERVO_IDS;
-use armbridge_shared::servo::stop::{StopStep, stop_steps};
+use armbridge_board::bridge::SERVO_IDS;
+use armbridge_servo::stop::{StopStep, stop_steps};
 
 /// All its bytes, without the pauses.
 pub(crate) fn sequence() -> Vec<u8> {

@@ -2,7 +2,7 @@
 //!
 //! The virtual servos keep their power, so that the stop on the bus is seen as well.
 
-use armbridge_shared::link::message::{Command, Fault, Mode, StopSource, ToBoard};
+use armbridge_link::message::{Command, Fault, Mode, StopSource, ToBoard};
 use armbridge_sim::cosim::Cosim;
 
 use super::driving_host::DrivingHost;

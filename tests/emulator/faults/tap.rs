@@ -4,11 +4,11 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use armbridge_client::Host;
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Pwm;
-use armbridge_shared::link::frame::Decoder;
-use armbridge_shared::link::message::{Record, ToHost, Trip};
-use armbridge_shared::servo::port::bytes_us;
+use armbridge_link::frame::Decoder;
+use armbridge_link::message::{Record, ToHost, Trip};
+use armbridge_servo::JOINTS;
+use armbridge_servo::Pwm;
+use armbridge_servo::port::bytes_us;
 use armbridge_sim::Bench;
 use armbridge_sim::board::{Board, Input, Output, Wake};
 use armbridge_sim::cosim::Cosim;

@@ -3,10 +3,10 @@
 
 mod policy;
 
-use armbridge_shared::bridge::gateway::{FrameKind, Framer};
-use armbridge_shared::servo::morpheus::HEADER as MORPHEUS;
-use armbridge_shared::servo::protocol1::frame::HEADER as STOCK;
-use armbridge_shared::servo::{Firmware, morpheus, protocol1};
+use armbridge_board::bridge::gateway::{FrameKind, Framer};
+use armbridge_servo::morpheus::HEADER as MORPHEUS;
+use armbridge_servo::protocol1::frame::HEADER as STOCK;
+use armbridge_servo::{Firmware, morpheus, protocol1};
 
 /// One byte at 1 Mbaud.
 const BYTE_US: u64 = 10;

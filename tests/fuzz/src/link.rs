@@ -2,8 +2,8 @@
 
 use std::fmt::Debug;
 
-use armbridge_shared::link::frame::{Decoder, Encoder, FrameError, MAX, Message};
-use armbridge_shared::link::message::{Command, Missing, ToBoard, ToHost};
+use armbridge_link::frame::{Decoder, Encoder, FrameError, MAX, Message};
+use armbridge_link::message::{Command, Missing, ToBoard, ToHost};
 
 use super::frames;
 

@@ -1,8 +1,8 @@
 //! Packets of Morpheus servos, and the bridge's decoding of replies.
 
-use armbridge_shared::servo::morpheus::frame::{FRAME_MAX, LENGTH_MAX, Parser};
-use armbridge_shared::servo::morpheus::{HEADER, MASTER, Morpheus, PacketError, checksum};
-use armbridge_shared::servo::protocol::Protocol;
+use armbridge_servo::morpheus::frame::{FRAME_MAX, LENGTH_MAX, Parser};
+use armbridge_servo::morpheus::{HEADER, MASTER, Morpheus, PacketError, checksum};
+use armbridge_servo::protocol::Protocol;
 
 use super::packets::{Found, Packets, feed};
 

@@ -1,7 +1,7 @@
 //! Packets of stock servos, and what they mean.
 
-use armbridge_shared::servo::protocol1::frame::{FRAME_MAX, HEADER, checksum};
-use armbridge_shared::servo::protocol1::{
+use armbridge_servo::protocol1::frame::{FRAME_MAX, HEADER, checksum};
+use armbridge_servo::protocol1::{
     BROADCAST, Frame, Instruction, PacketError, Parser, Status, SyncBlocks,
 };
 

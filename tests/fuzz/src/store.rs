@@ -12,9 +12,9 @@
 //! A step is a word programmed or a page erased. In the one in which power goes,
 //! the mask has the bits that stay unprogrammed, or are erased already.
 
-use armbridge_shared::link::message::{Settings, SettingsFrom};
-use armbridge_shared::store::memory::Memory;
-use armbridge_shared::store::{PrepareError, SaveError, Store};
+use armbridge_board::store::memory::Memory;
+use armbridge_board::store::{PrepareError, SaveError, Store};
+use armbridge_link::message::{Settings, SettingsFrom};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 
 /// Room for four saves: pages change often.

@@ -26,7 +26,7 @@ pub(crate) fn lint(out: &Output) -> Result<(), String> {
     }
     for package in [
         "armbridge-firmware --features no-panic --bin no-panic",
-        "armbridge-shared",
+        "armbridge-board",
     ] {
         out.cargo(&format!(
             "clippy --profile firmware --package {package} --target {TARGET} -- -D warnings"

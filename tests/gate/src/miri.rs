@@ -19,11 +19,11 @@ const TOOLCHAIN: &str = "nightly-2026-10-30";
 
 /// What the gate interprets: what is shared between threads or interrupts.
 const THREADS: &[&str] = &[
-    "--package armbridge-shared --lib queue::",
+    "--package armbridge-board --lib queue::",
     "--package armbridge-firmware --lib -- ring:: port:: memory::",
 ];
 /// What the campaign interprets: the seeds of every fuzz target.
-const SEEDS: &[&str] = &["--package armbridge-shared --test fuzz_seeds"];
+const SEEDS: &[&str] = &["--package armbridge-board --test fuzz_seeds"];
 
 /// Installs Miri where it is missing, and interprets the queues between threads.
 pub(crate) fn threads(out: &Output) -> Result<(), String> {

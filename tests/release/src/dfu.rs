@@ -12,7 +12,7 @@
 //! | 16    | suffix  | device, product, vendor, version of DFU, `UFD`, length, CRC         |
 
 use armbridge_client::flash_image::FlashImage;
-use armbridge_shared::crc32::checksum;
+use armbridge_link::crc32::checksum;
 
 /// Vendor of the ROM loader: ST.
 const VENDOR: u16 = 0x0483;

@@ -1,9 +1,9 @@
 //! How experiments end: once, for a reason, and never with a motor left driven.
 
 use armbridge_client::event::Event;
-use armbridge_shared::experiment::Signal;
-use armbridge_shared::link::experiment::{Experiment, ExperimentEnd, Role};
-use armbridge_shared::link::message::{Command, Drive, Fault, Mode, Record, ToBoard};
+use armbridge_control::experiment::Signal;
+use armbridge_link::experiment::{Experiment, ExperimentEnd, Role};
+use armbridge_link::message::{Command, Drive, Fault, Mode, Record, ToBoard};
 use armbridge_tests::tapped_bench::{Action, records};
 
 use super::{BEGIN_US, after, conclusions, during, experiment, heard_at, heard_of, refusals};

@@ -7,9 +7,9 @@ mod signals;
 mod start;
 
 use armbridge_client::event::{Event, EventKind};
-use armbridge_shared::experiment::Signal;
-use armbridge_shared::link::experiment::{Conclusion, Experiment, Role};
-use armbridge_shared::link::message::{Command, Drive, Limits, Record, Refusal, ToHost};
+use armbridge_control::experiment::Signal;
+use armbridge_link::experiment::{Conclusion, Experiment, Role};
+use armbridge_link::message::{Command, Drive, Limits, Record, Refusal, ToHost};
 use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::plant;
 use armbridge_tests::tapped_bench::{Action, ScriptedHost, records, tapped_run};

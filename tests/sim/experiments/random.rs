@@ -1,7 +1,7 @@
 //! Random experiments, one after the other: whatever is accepted stays within the limits,
 //! ends in rest, and is the same again.
 
-use armbridge_shared::link::message::{Command, Mode};
+use armbridge_link::message::{Command, Mode};
 use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::experiments::{experiment, number};
 use armbridge_tests::random::Random;

@@ -1,11 +1,11 @@
 //! Why an experiment may not be, or not from here.
 
+use armbridge_board::bridge::permits;
 use armbridge_client::event::Event;
-use armbridge_shared::bridge::permits;
-use armbridge_shared::experiment::{Flaw, Signal};
-use armbridge_shared::link::experiment::{Experiment, Measure, Objection, Role};
-use armbridge_shared::link::limits::Limits;
-use armbridge_shared::link::message::{Command, Drive, Refusal, Settings, Setup};
+use armbridge_control::experiment::{Flaw, Signal};
+use armbridge_link::experiment::{Experiment, Measure, Objection, Role};
+use armbridge_link::limits::Limits;
+use armbridge_link::message::{Command, Drive, Refusal, Settings, Setup};
 use armbridge_tests::tapped_bench::{Action, records};
 
 use super::{BEGIN_US, ENVELOPE, during, experiment, heard_at, refusals};

@@ -1,8 +1,8 @@
 //! Torques of an experiment, tick by tick.
 
-use armbridge_shared::experiment::Signal;
-use armbridge_shared::link::experiment::{ExperimentEnd, HELD_S, Role};
-use armbridge_shared::link::message::{Drive, Guards, Record};
+use armbridge_control::experiment::Signal;
+use armbridge_link::experiment::{ExperimentEnd, HELD_S, Role};
+use armbridge_link::message::{Drive, Guards, Record};
 use armbridge_tests::tapped_bench::records;
 
 use super::{after, conclusions, during, expected, experiment, heard_of};

@@ -1,9 +1,9 @@
 //! From what an experiment may begin: rest, motion, and motors that were off.
 
-use armbridge_shared::experiment::Signal;
-use armbridge_shared::link::experiment::{ExperimentEnd, Role};
-use armbridge_shared::link::message::{Command, Drive, Record};
-use armbridge_shared::link::motion::Motion;
+use armbridge_control::experiment::Signal;
+use armbridge_link::experiment::{ExperimentEnd, Role};
+use armbridge_link::message::{Command, Drive, Record};
+use armbridge_link::motion::Motion;
 use armbridge_tests::tapped_bench::{Action, ScriptedHost, records, tapped_run};
 
 use super::{BEGIN_US, arm_at, conclusions, during, experiment, heard_at, refusals};

@@ -1,10 +1,10 @@
 //! A stock servo that releases its shaft reports an alarm, and the board acts on it.
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
-use armbridge_shared::bridge::Channels;
-use armbridge_shared::link::message::{Drive, Fault, Mode, Setup};
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::protocol1::Alarms;
+use armbridge_board::bridge::Channels;
+use armbridge_link::message::{Drive, Fault, Mode, Setup};
+use armbridge_servo::Alarms;
+use armbridge_servo::Firmware;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::Cosim;
 use armbridge_tests::gateway::bench;

@@ -1,15 +1,15 @@
 //! Finding the servos: either firmware, any speed, and what is refused.
 
 use armbridge_analysis::plan_runner::{PlanError, PlanRunner, Script};
+use armbridge_board::bridge::Channels;
 use armbridge_client::Host;
 use armbridge_client::session::{BoardMessage, CommandLink};
 use armbridge_client::status::Obstacle;
-use armbridge_shared::bridge::Channels;
-use armbridge_shared::link::message::{Command, Missing, Setup, ToHost};
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::master::Readiness;
-use armbridge_shared::servo::master::timing::tick_us;
-use armbridge_shared::servo::port::{BAUD_RATES, bytes_us};
+use armbridge_link::message::{Command, Missing, Setup, ToHost};
+use armbridge_servo::Firmware;
+use armbridge_servo::master::Readiness;
+use armbridge_servo::master::timing::tick_us;
+use armbridge_servo::port::{BAUD_RATES, bytes_us};
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::{Cosim, CosimError};

@@ -3,12 +3,12 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use armbridge_board::bridge::Channels;
+use armbridge_board::bridge::gateway::ClientLine;
 use armbridge_client::Host;
-use armbridge_shared::bridge::Channels;
-use armbridge_shared::bridge::gateway::ClientLine;
-use armbridge_shared::link::message::Mode;
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::protocol1::Instruction;
+use armbridge_link::message::Mode;
+use armbridge_servo::Firmware;
+use armbridge_servo::protocol1::Instruction;
 use armbridge_sim::board::{Board, Input, Output, VirtualBoard, Wake};
 use armbridge_sim::cosim::{Cosim, PortClient};
 use armbridge_tests::gateway::bench;

@@ -7,10 +7,10 @@ use std::sync::LazyLock;
 use armbridge_analysis::identify::{
     Diagnosis, KnownParameters, Prior, Tally, Trace, check_data, check_fit, identify, traces,
 };
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::Mounting;
-use armbridge_shared::link::limits::Limits;
-use armbridge_shared::link::message::{Drive, Missing, Mode, Record, Sample};
+use armbridge_control::arm::Mounting;
+use armbridge_link::limits::Limits;
+use armbridge_link::message::{Drive, Missing, Mode, Record, Sample};
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::PlantConfig;
 
 use super::tracking_loop::{LEAD_S, TrackingLoop};

@@ -7,7 +7,7 @@ use armbridge_analysis::identify::{
     Checks, FitResult, KnownParameters, Prior, Quantity, Tally, Trace, forecast, holdout_forecasts,
     identify,
 };
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::PlantConfig;
 
 use super::bad_data::swing;

@@ -12,10 +12,10 @@ mod tracking_loop;
 
 use core::f64::consts::TAU;
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Joint;
-use armbridge_shared::arm::Parameters;
-use armbridge_shared::link::message::Setup;
+use armbridge_control::actuator::Joint;
+use armbridge_control::arm::Parameters;
+use armbridge_link::message::Setup;
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::PlantConfig;
 
 /// Prior of the arm: the paper's, but with the true lengths and weight of link 2, as by ruler

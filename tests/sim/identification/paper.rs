@@ -14,8 +14,8 @@ use armbridge_analysis::paper::identification::{
     VISCOUS, VISCOUS_COULOMB, VISCOUS_TORQUE, VISCOUS_TORQUE_COULOMB, VISCOUS_TORQUE_INERTIA,
     VirtualArm, fit,
 };
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::{Parameters, State};
+use armbridge_control::arm::{Parameters, State};
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::{Body, Friction};
 use nalgebra::{DMatrix, DVector, Vector2};
 use serde_json::Value;

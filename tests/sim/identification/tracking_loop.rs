@@ -2,9 +2,9 @@
 //! counts.
 
 use armbridge_analysis::identify::Trace;
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Joint;
-use armbridge_shared::arm::Parameters;
+use armbridge_control::actuator::Joint;
+use armbridge_control::arm::Parameters;
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::{Plant, PlantConfig, Push};
 use nalgebra::Vector2;
 

@@ -2,7 +2,7 @@
 
 use armbridge_client::params::settings_exchange::{Exchange, Exchanged, commands};
 use armbridge_client::params::{of_text, set};
-use armbridge_shared::link::message::{Command, Refusal, Settings};
+use armbridge_link::message::{Command, Refusal, Settings};
 use armbridge_sim::Bench;
 use armbridge_sim::link::{BoardUri, Options, drive};
 use armbridge_sim::plant::{Plant, PlantConfig};

@@ -9,7 +9,7 @@ use armbridge_client::servo_bus::serial_device;
 use armbridge_client::session::{BoardMessage, CommandLink};
 use armbridge_client::session::{ChannelHost, Request};
 use armbridge_client::transport::{LinkUri, drive};
-use armbridge_shared::link::message::{Command, Fault, Mode, ToHost};
+use armbridge_link::message::{Command, Fault, Mode, ToHost};
 use armbridge_tests::channel_host::{Manned, options};
 use armbridge_tests::served_board::{Served, until};
 

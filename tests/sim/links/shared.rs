@@ -5,10 +5,10 @@ use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
 use armbridge_client::session::{BoardMessage, CommandLink, Request};
-use armbridge_shared::link::frame::{Decoder, Encoder};
-use armbridge_shared::link::message::{Command, Fault, Mode, Refusal, StopSource, ToBoard, ToHost};
-use armbridge_shared::link::schema;
-use armbridge_shared::link::server::{FromServer, LinkRole, Program, ToServer, Touch};
+use armbridge_link::frame::{Decoder, Encoder};
+use armbridge_link::message::{Command, Fault, Mode, Refusal, StopSource, ToBoard, ToHost};
+use armbridge_link::schema;
+use armbridge_link::server::{FromServer, LinkRole, Program, ToServer, Touch};
 use armbridge_tests::channel_host::Manned;
 use armbridge_tests::served_board::{Served, until};
 

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use armbridge_client::LinkError;
 use armbridge_client::session::Request;
-use armbridge_shared::link::message::{Fault, Mode};
+use armbridge_link::message::{Fault, Mode};
 use armbridge_tests::cable::Cable;
 use armbridge_tests::channel_host::Manned;
 use armbridge_tests::served_board::{Served, until};

@@ -1,10 +1,10 @@
 //! Any record is read back from the table.
 
 use armbridge_client::enum_names;
+use armbridge_link::message::{Drive, Guards, Missing, Mode, Record, Sample, Timing};
 use armbridge_log::CsvWriter;
 use armbridge_log::recording;
 use armbridge_log::simulation::TrueState;
-use armbridge_shared::link::message::{Drive, Guards, Missing, Mode, Record, Sample, Timing};
 use armbridge_tests::synthetic;
 use serde::Deserialize;
 

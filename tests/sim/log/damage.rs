@@ -4,9 +4,9 @@ use std::fs;
 use std::io::Write;
 use std::path::Path;
 
+use armbridge_link::message::ToHost;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::{ReadError, Recording};
-use armbridge_shared::link::message::ToHost;
 
 use super::random_messages::{Random, Talk};
 use super::{facts, folder};

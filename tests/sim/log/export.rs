@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use armbridge_analysis::monte_carlo::Trial;
 use armbridge_analysis::plan_runner::Script;
 use armbridge_client::enum_names;
+use armbridge_link::message::{Guards, Mode, Record, Sample, Settings, Setup};
 use armbridge_log::export::column::{self, Quantity, Values};
 use armbridge_log::export::{self, About, Format};
 use armbridge_log::inspect::settings;
@@ -18,7 +19,6 @@ use armbridge_log::output_file::{Existing, OutputFile};
 use armbridge_log::recording::Row;
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::simulation::TrueState;
-use armbridge_shared::link::message::{Guards, Mode, Record, Sample, Settings, Setup};
 use armbridge_sim::plant::{PlantConfig, Push};
 use armbridge_tests::paths;
 

@@ -15,8 +15,8 @@ mod simulation;
 
 use std::path::PathBuf;
 
+use armbridge_link::message::Settings;
 use armbridge_log::run_info::RunFacts;
-use armbridge_shared::link::message::Settings;
 
 /// A fresh, empty folder for one test.
 fn folder(name: &str) -> PathBuf {

@@ -4,9 +4,9 @@
 use std::path::{Path, PathBuf};
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
+use armbridge_link::message::{Settings, Setup};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
-use armbridge_shared::link::message::{Settings, Setup};
 use armbridge_sim::Bench;
 use armbridge_sim::link;
 use armbridge_sim::link::{BoardUri, Options};

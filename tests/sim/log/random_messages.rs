@@ -3,12 +3,12 @@
 use armbridge_client::Tap;
 use armbridge_client::enum_names::{FAULTS, MISSING, MODES};
 use armbridge_client::event::{Direction, Event, LinkDecoder};
-use armbridge_shared::control::trajectory::Quantity;
-use armbridge_shared::link::frame::Encoder;
-use armbridge_shared::link::message::*;
-use armbridge_shared::link::motion::{Motion, Via};
-use armbridge_shared::link::schema;
-use armbridge_shared::servo::Firmware;
+use armbridge_control::trajectory::Quantity;
+use armbridge_link::frame::Encoder;
+use armbridge_link::message::*;
+use armbridge_link::motion::{Motion, Via};
+use armbridge_link::schema;
+use armbridge_servo::Firmware;
 
 /// A cheap repeatable randomness, fond of numbers that are hard to write down.
 pub(crate) struct Random(pub(crate) u64);

@@ -1,9 +1,9 @@
 //! The raw bytes of the link, kept beside what was made of them.
 
 use armbridge_client::event::{Direction, Event};
+use armbridge_link::message::ToHost;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::{Reader, Recording};
-use armbridge_shared::link::message::ToHost;
 
 use super::random_messages::{Random, Talk};
 use super::{facts, folder};

@@ -1,9 +1,9 @@
 //! Any message on a link is read back from the log, bit by bit.
 
 use armbridge_client::event::{Direction, Event, EventKind};
+use armbridge_link::message::ToHost;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::Recording;
-use armbridge_shared::link::message::ToHost;
 
 use super::random_messages::{Random, Talk};
 use super::{facts, folder};

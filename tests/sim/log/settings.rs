@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
+use armbridge_link::message::Setup;
 use armbridge_log::inspect::Head;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::Reader;
-use armbridge_shared::link::message::Setup;
 use armbridge_sim::Bench;
 use armbridge_sim::link;
 use armbridge_sim::link::{BoardUri, Options};

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
+use armbridge_link::message::Setup;
 use armbridge_log::inspect::Log;
 use armbridge_log::inspect::log::topics;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::{Reader, Row};
 use armbridge_log::simulation::{Push, TrueState};
-use armbridge_shared::link::message::Setup;
 use armbridge_sim::Bench;
 use armbridge_sim::cosim::Interaction;
 use armbridge_sim::link;

@@ -1,6 +1,7 @@
 //! Equation (5).
 
-use armbridge_shared::actuator::{Joint, Pwm};
+use armbridge_control::actuator::Joint;
+use armbridge_servo::Pwm;
 
 use super::reference::{at, list, number};
 

@@ -1,11 +1,11 @@
 //! Gains: (8), (10), (12), and what they would be elsewhere.
 
-use armbridge_shared::arm::{Discrete, Linear, Parameters};
-use armbridge_shared::control::{Lqr, Weights};
-use armbridge_shared::design::placement::{
+use armbridge_control::arm::{Discrete, Linear, Parameters};
+use armbridge_control::controller::{Lqr, Weights};
+use armbridge_control::design::placement::{
     Error, Poles, current_gain, prediction_gain, to_current,
 };
-use armbridge_shared::design::riccati;
+use armbridge_control::design::riccati;
 use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
 
 use super::reference::{at, discrete, distance, matrix, vector};

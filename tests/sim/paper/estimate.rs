@@ -1,10 +1,10 @@
 //! What the estimators promise, apart from any plant.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::{Discrete, Parameters, State};
-use armbridge_shared::design::placement::Poles;
-use armbridge_shared::design::stability::Eigenvalue;
-use armbridge_shared::estimate::{Config, Error, Estimator, Form, Luenberger};
+use armbridge_control::arm::{Discrete, Parameters, State};
+use armbridge_control::design::placement::Poles;
+use armbridge_control::design::stability::Eigenvalue;
+use armbridge_control::estimate::{Config, Error, Estimator, Form, Luenberger};
+use armbridge_servo::JOINTS;
 use nalgebra::{Matrix2x4, Matrix4x2, Vector2, Vector4};
 
 /// A made-up motion: angles, and torques that have nothing to do with them.

@@ -3,8 +3,8 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::{Parameters, State};
+use armbridge_control::arm::{Parameters, State};
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::{Body, Friction};
 use nalgebra::Vector2;
 use serde_json::Value;

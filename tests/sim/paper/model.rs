@@ -1,11 +1,11 @@
 //! Equations (1) to (4), (6) and (7).
 
-use armbridge_shared::arm::{Discrete, Linear, Parameters, State};
+use armbridge_control::arm::{Discrete, Linear, Parameters, State};
 use nalgebra::{Matrix4, SMatrix, Vector2};
 
 use super::reference::{at, discrete, distance, list, matrix, number, vector};
 
-fn upright<T: armbridge_shared::real::Real>(arm: &Parameters<T>) -> Linear<T> {
+fn upright<T: armbridge_control::real::Real>(arm: &Parameters<T>) -> Linear<T> {
     arm.linearise(Vector2::zeros())
 }
 

@@ -1,8 +1,8 @@
 //! What the virtual arm promises.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::{Direction, Joint};
-use armbridge_shared::arm::{Parameters, State};
+use armbridge_control::actuator::{Direction, Joint};
+use armbridge_control::arm::{Parameters, State};
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::{Plant, PlantConfig, Push};
 use nalgebra::Vector2;
 

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use armbridge_shared::arm::Discrete;
+use armbridge_control::arm::Discrete;
 use nalgebra::{SMatrix, SVector};
 use serde_json::Value;
 

@@ -1,12 +1,13 @@
 //! The whole loop without the bus: estimator, controller and actuator in f32 as
 //! on the board, on the virtual arm, one period of input delay.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::{Command, Joint, Pwm};
-use armbridge_shared::arm::{Parameters, State};
-use armbridge_shared::control::{DryFriction, Lqr, Setpoint, Weights};
-use armbridge_shared::estimate::Config;
-use armbridge_shared::link::limits::hard;
+use armbridge_control::actuator::{Command, Joint};
+use armbridge_control::arm::{Parameters, State};
+use armbridge_control::controller::{DryFriction, Lqr, Setpoint, Weights};
+use armbridge_control::estimate::Config;
+use armbridge_link::limits::hard;
+use armbridge_servo::JOINTS;
+use armbridge_servo::Pwm;
 use armbridge_sim::plant::{Plant, PlantConfig};
 use nalgebra::Vector2;
 

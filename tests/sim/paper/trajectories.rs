@@ -1,12 +1,12 @@
 //! The eight reference runs: fitted arm, exact Coriolis, no dry friction, ideal
 //! actuator, no delay, 45 ms; the torque listed at an instant acts from then on.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Joint;
-use armbridge_shared::arm::{Discrete, Linear, Parameters, State};
-use armbridge_shared::control::{Lqr, Setpoint};
-use armbridge_shared::design::placement::{Poles, current_gain};
-use armbridge_shared::estimate::{Estimator, FiniteDifference, Form, Luenberger, Model};
+use armbridge_control::actuator::Joint;
+use armbridge_control::arm::{Discrete, Linear, Parameters, State};
+use armbridge_control::controller::{Lqr, Setpoint};
+use armbridge_control::design::placement::{Poles, current_gain};
+use armbridge_control::estimate::{Estimator, FiniteDifference, Form, Luenberger, Model};
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::{Body, Friction, Plant, PlantConfig};
 use nalgebra::Vector2;
 

@@ -2,12 +2,12 @@
 
 use armbridge_analysis::plan_runner::Script;
 use armbridge_client::event::EventKind;
-use armbridge_shared::estimate::Config;
-use armbridge_shared::experiment::Signal;
-use armbridge_shared::link::experiment::{Experiment, ExperimentEnd, Role};
-use armbridge_shared::link::limits::Limits;
-use armbridge_shared::link::message::{Command, Setup, ToBoard, ToHost};
-use armbridge_shared::link::motion::{Motion, Via};
+use armbridge_control::estimate::Config;
+use armbridge_control::experiment::Signal;
+use armbridge_link::experiment::{Experiment, ExperimentEnd, Role};
+use armbridge_link::limits::Limits;
+use armbridge_link::message::{Command, Setup, ToBoard, ToHost};
+use armbridge_link::motion::{Motion, Via};
 use armbridge_tests::tapped_bench::assert_all_equal;
 use armbridge_tests::tapped_bench::{Action, ScriptedHost, recorded, replay, tapped_run};
 use armbridge_tests::{computed_torque, plant};

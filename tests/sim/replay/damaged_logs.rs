@@ -2,10 +2,8 @@
 
 use armbridge_analysis::plan_runner::Script;
 use armbridge_client::event::{Direction, Event, EventKind};
+use armbridge_link::message::{Command, Controller, Gains, Record, Sample, Setup, ToBoard, ToHost};
 use armbridge_log::replay::{Changes, Verdict};
-use armbridge_shared::link::message::{
-    Command, Controller, Gains, Record, Sample, Setup, ToBoard, ToHost,
-};
 use armbridge_tests::plant;
 use armbridge_tests::tapped_bench::{
     Action, ScriptedHost, recorded, records, replay, replay_with, tapped_run,
@@ -146,7 +144,7 @@ fn a_log_may_begin_in_the_middle() {
         (200_000, Action::Command(Command::Regulate([0.1, 0.0]))),
         (
             500_300,
-            Action::Message(ToBoard::Hello(armbridge_shared::link::schema::HELLO)),
+            Action::Message(ToBoard::Hello(armbridge_link::schema::HELLO)),
         ),
         (700_000, Action::Command(Command::Arm { session: 0 })),
         (720_000, Action::Command(Command::Regulate([0.0, 0.0]))),

@@ -1,11 +1,11 @@
 //! The board's end of the link, with the bridge beside it and servos that
 //! answer: whatever a host sends, the board ticks on and stays safe.
 
-use armbridge_shared::bridge::Channels;
-use armbridge_shared::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
-use armbridge_shared::estimate::Config;
-use armbridge_shared::link::message::{Command, Fault, Setup, ToBoard};
-use armbridge_shared::link::schema;
+use armbridge_board::bridge::Channels;
+use armbridge_board::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
+use armbridge_control::estimate::Config;
+use armbridge_link::message::{Command, Fault, Setup, ToBoard};
+use armbridge_link::schema;
 
 use super::session::{Seen, Test};
 

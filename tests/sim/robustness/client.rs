@@ -1,7 +1,7 @@
 //! Input of the transparent port: requests, commands that must not reach the servos, and
 //! noise.
 
-use armbridge_shared::servo::morpheus::Frame;
+use armbridge_servo::morpheus::Frame;
 use armbridge_tests::random::Random;
 
 /// Its address on a Morpheus bus.

@@ -1,13 +1,13 @@
 //! Commands of a host: mostly valid, some with numbers that are not finite.
 
-use armbridge_shared::actuator::Joint;
-use armbridge_shared::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US, REFERENCE_MAX_RAD};
-use armbridge_shared::design::placement::Poles;
-use armbridge_shared::estimate::{Config, Form, Tuning};
-use armbridge_shared::link::limits::hard;
-use armbridge_shared::link::message::{Command, Controller, Gains, Hello, Limits, Setup, ToBoard};
-use armbridge_shared::link::motion::{Motion, Via};
-use armbridge_shared::link::schema;
+use armbridge_board::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US, REFERENCE_MAX_RAD};
+use armbridge_control::actuator::Joint;
+use armbridge_control::design::placement::Poles;
+use armbridge_control::estimate::{Config, Form, Tuning};
+use armbridge_link::limits::hard;
+use armbridge_link::message::{Command, Controller, Gains, Hello, Limits, Setup, ToBoard};
+use armbridge_link::motion::{Motion, Via};
+use armbridge_link::schema;
 use armbridge_tests::random::Random;
 
 use super::experiments;

@@ -2,11 +2,11 @@
 
 use std::fmt::Debug;
 
-use armbridge_shared::link::frame::{Decoder, Encoder, FrameError, MAX, Message};
-use armbridge_shared::link::message::{
+use armbridge_link::frame::{Decoder, Encoder, FrameError, MAX, Message};
+use armbridge_link::message::{
     Command, Drive, Guards, Mode, Record, Sample, Timing, ToBoard, ToHost,
 };
-use armbridge_shared::link::schema;
+use armbridge_link::schema;
 use armbridge_tests::random::Random;
 use armbridge_tests::streams::checks::frames::frame;
 

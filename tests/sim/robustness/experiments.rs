@@ -1,9 +1,9 @@
 //! Experiments that a host may send: sound ones, and ones of which some numbers are not.
 
-use armbridge_shared::bridge::limits::{MOTION, REFERENCE_MAX_RAD};
-use armbridge_shared::experiment::{DURATION_MAX_S, TIME_MIN_S};
-use armbridge_shared::link::experiment::{Experiment, Role};
-use armbridge_shared::link::limits::hard;
+use armbridge_board::bridge::limits::{MOTION, REFERENCE_MAX_RAD};
+use armbridge_control::experiment::{DURATION_MAX_S, TIME_MIN_S};
+use armbridge_link::experiment::{Experiment, Role};
+use armbridge_link::limits::hard;
 use armbridge_tests::experiments::{experiment, number};
 use armbridge_tests::random::Random;
 

@@ -5,9 +5,9 @@ use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::rc::Rc;
 
-use armbridge_shared::servo::BYTE_US;
-use armbridge_shared::servo::morpheus::{HEADER, MASTER, checksum};
-use armbridge_shared::servo::port::SetBaud;
+use armbridge_servo::BYTE_US;
+use armbridge_servo::morpheus::{HEADER, MASTER, checksum};
+use armbridge_servo::port::SetBaud;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal_nb::serial::{self, ErrorKind};
 

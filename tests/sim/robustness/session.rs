@@ -1,16 +1,16 @@
 //! A board with its bridge and servos that answer, and a host and a client that send
 //! anything: every record is checked, nothing unsafe may be in it.
 
-use armbridge_shared::actuator::Pwm;
-use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
-use armbridge_shared::bridge::{Bridge, Channels, LinkPort, Progress};
-use armbridge_shared::link::frame::{Decoder, Encoder, MAX, Received};
-use armbridge_shared::link::message::{
+use armbridge_board::bridge::gateway::{ClientLine, PortEnd};
+use armbridge_board::bridge::{Bridge, Channels, LinkPort, Progress};
+use armbridge_link::frame::{Decoder, Encoder, MAX, Received};
+use armbridge_link::message::{
     BoardReport, Command, Fault, Limits, Mode, PortCounters, Record, Settings, ToBoard, ToHost,
 };
-use armbridge_shared::link::schema;
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::serial_bus::SerialBus;
+use armbridge_link::schema;
+use armbridge_servo::Firmware;
+use armbridge_servo::Pwm;
+use armbridge_servo::serial_bus::SerialBus;
 use armbridge_tests::random::Random;
 use armbridge_tests::streams::checks::frames::frame;
 

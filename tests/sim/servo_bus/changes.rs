@@ -5,7 +5,7 @@ use armbridge_client::servo_bus::change::ChangeError;
 use armbridge_client::servo_bus::reading::{ServoError, Taken, Value};
 use armbridge_client::servo_bus::scan::{Area, scan};
 use armbridge_client::servo_table::{AX12A, Register};
-use armbridge_shared::servo::Firmware;
+use armbridge_servo::Firmware;
 
 use super::scripted_line::{Bus, FakeLine, Stock, client};
 

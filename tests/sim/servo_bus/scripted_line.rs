@@ -5,8 +5,9 @@ use std::io;
 use std::time::{Duration, Instant};
 
 use armbridge_client::servo_bus::{BusMaster, Line};
-use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
-use armbridge_shared::servo::protocol1::{Alarms, Frame, Instruction, Parser, Status};
+use armbridge_servo::Alarms;
+use armbridge_servo::protocol1::frame::FRAME_MAX;
+use armbridge_servo::protocol1::{Frame, Instruction, Parser, Status};
 
 /// 210 bytes that no servo answers.
 pub(crate) const FLUSH: [u8; 210] = [0xFF; 210];

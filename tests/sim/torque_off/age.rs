@@ -1,8 +1,8 @@
 //! Age of commands: heartbeats alone keep a setpoint and a motion, unless their age is limited,
 //! but neither a constant torque nor a stream.
 
-use armbridge_shared::link::message::{Command, Drive, Limits, Mode, Setup};
-use armbridge_shared::servo::Firmware;
+use armbridge_link::message::{Command, Drive, Limits, Mode, Setup};
+use armbridge_servo::Firmware;
 use armbridge_tests::torque_off::cases::{all, check, run_cases};
 use armbridge_tests::torque_off::rig::{World, bench, between_obstacles, with_rig};
 use armbridge_tests::{plant, sinusoid};

@@ -1,8 +1,8 @@
 //! What the samples must show before the board arms.
 
-use armbridge_shared::arm::State;
-use armbridge_shared::link::message::{Command, Limits, Mode, Refusal};
-use armbridge_shared::servo::Firmware;
+use armbridge_control::arm::State;
+use armbridge_link::message::{Command, Limits, Mode, Refusal};
+use armbridge_servo::Firmware;
 use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::torque_off::rig::{Rig, World, bench, with_rig};
 use nalgebra::Vector2;

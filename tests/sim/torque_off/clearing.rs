@@ -1,8 +1,8 @@
 //! Stops in one write with other commands: the stop wins over commands before and
 //! behind it, above all over the clearing of the fault.
 
-use armbridge_shared::link::message::{Command, Fault, Mode, ToBoard};
-use armbridge_shared::servo::Firmware;
+use armbridge_link::message::{Command, Fault, Mode, ToBoard};
+use armbridge_servo::Firmware;
 use armbridge_tests::torque_off::cases::{all, check, run_cases};
 use armbridge_tests::torque_off::rig::{Rig, STOP_US, World, bench, between_obstacles, with_rig};
 

@@ -4,12 +4,10 @@
 //! The drive ends before a joint that stands or moves is [`FAR_RAD`] from its reference at periods
 //! up to 10 ms, and in any case before it is [`BEYOND_RAD`] from upright: short of table and stops.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::control_loop::limits::CHECK_PERIOD_MAX_US;
-use armbridge_shared::link::message::{
-    Command, Controller, Fault, Gains, Limits, Mode, Refusal, Setup,
-};
-use armbridge_shared::servo::Firmware;
+use armbridge_board::control_loop::limits::CHECK_PERIOD_MAX_US;
+use armbridge_link::message::{Command, Controller, Fault, Gains, Limits, Mode, Refusal, Setup};
+use armbridge_servo::Firmware;
+use armbridge_servo::JOINTS;
 use armbridge_sim::faults::sensor::SensorFault;
 use armbridge_sim::plant::{PlantConfig, Push};
 use armbridge_tests::sinusoid;

@@ -1,9 +1,9 @@
 //! Another master on the servo bus, which sets both motors on while they have to be off: what
 //! it does is seen and undone within 100 ms, and by every stop at once.
 
-use armbridge_shared::link::message::{Command, Mode, Setup, ToBoard};
-use armbridge_shared::link::schema;
-use armbridge_shared::servo::Firmware;
+use armbridge_link::message::{Command, Mode, Setup, ToBoard};
+use armbridge_link::schema;
+use armbridge_servo::Firmware;
 use armbridge_sim::faults::port_client::Method;
 use armbridge_tests::torque_off::cases::{all, check, run_cases};
 use armbridge_tests::torque_off::rig::{Rig, STOP_US, World, bench, between_obstacles, with_rig};

@@ -1,9 +1,9 @@
 //! Limits of angle and temperature: a driven arm that is beyond one is off.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::limits::hard;
-use armbridge_shared::link::message::{Command, Fault, Limits, Mode, Setup};
-use armbridge_shared::servo::Firmware;
+use armbridge_link::limits::hard;
+use armbridge_link::message::{Command, Fault, Limits, Mode, Setup};
+use armbridge_servo::Firmware;
+use armbridge_servo::JOINTS;
 use armbridge_sim::faults::sensor::SensorFault;
 use armbridge_sim::plant::{PlantConfig, Push};
 use armbridge_tests::torque_off::cases::{all, check, run_cases};

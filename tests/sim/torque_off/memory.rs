@@ -1,10 +1,10 @@
 //! Memory faults: a flipped bit in the arming state or in the settings switches the motors
 //! off, in every state.
 
-use armbridge_shared::bridge::MemoryRegion;
-use armbridge_shared::link::message::{Command, Drive, Fault, Limits, Mode, Refusal};
-use armbridge_shared::link::motion::Motion;
-use armbridge_shared::servo::Firmware;
+use armbridge_board::bridge::MemoryRegion;
+use armbridge_link::message::{Command, Drive, Fault, Limits, Mode, Refusal};
+use armbridge_link::motion::Motion;
+use armbridge_servo::Firmware;
 use armbridge_tests::torque_off::cases::{all, check, run_cases};
 use armbridge_tests::torque_off::client::Method;
 use armbridge_tests::torque_off::rig::{

@@ -5,9 +5,9 @@
 //! motors, stands still with its motors on. Nor is a servo off that hears the stop as the rest of
 //! a long packet.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Command, Setup};
-use armbridge_shared::servo::Firmware;
+use armbridge_link::message::{Command, Setup};
+use armbridge_servo::Firmware;
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::plant;
 use armbridge_tests::torque_off::cases::{all, run_cases};

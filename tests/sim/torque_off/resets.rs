@@ -1,9 +1,9 @@
 //! Reset of a stock servo in mid-run: it lets go of its shaft, and answers as
 //! before.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Command, Fault, Mode, Setup};
-use armbridge_shared::servo::Firmware;
+use armbridge_link::message::{Command, Fault, Mode, Setup};
+use armbridge_servo::Firmware;
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::plant;
 use armbridge_tests::torque_off::cases::{all, check, run_cases};

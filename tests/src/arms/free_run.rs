@@ -16,8 +16,8 @@
 //! The error is measured less computed, root mean square of both joints, less noise of a
 //! count and rounding.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Drive, Record, Sample};
+use armbridge_link::message::{Drive, Record, Sample};
+use armbridge_servo::JOINTS;
 
 use super::model::{Model, Moving};
 

@@ -17,10 +17,10 @@ use armbridge_analysis::identify::{
     traces,
 };
 use armbridge_analysis::monte_carlo::{Maneuver, Outcome, Trial, for_seeds};
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Joint;
-use armbridge_shared::link::limits::Limits;
-use armbridge_shared::link::message::{Settings, Setup};
+use armbridge_control::actuator::Joint;
+use armbridge_link::limits::Limits;
+use armbridge_link::message::{Settings, Setup};
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::PlantConfig;
 
 use crate::computed_torque;

@@ -2,10 +2,11 @@
 //! static friction, dead zones and delays.
 
 use armbridge_analysis::identify::{FitResult, Quantity};
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::{Joint, Pwm};
-use armbridge_shared::arm::{Parameters, State};
-use armbridge_shared::link::message::{Record, Setup};
+use armbridge_control::actuator::Joint;
+use armbridge_control::arm::{Parameters, State};
+use armbridge_link::message::{Record, Setup};
+use armbridge_servo::JOINTS;
+use armbridge_servo::Pwm;
 use armbridge_sim::plant::{Body, Friction, PlantConfig};
 use nalgebra::Vector2;
 

@@ -3,9 +3,9 @@
 use armbridge_analysis::plan_runner::plan::InitialSettings;
 use armbridge_analysis::plan_runner::{Plan, PlanRunner};
 use armbridge_analysis::scenario::{Overrides, Scenario};
+use armbridge_board::bridge::Channels;
 use armbridge_client::Host;
-use armbridge_shared::bridge::Channels;
-use armbridge_shared::link::message::{Limits, Record, Settings, Setup};
+use armbridge_link::message::{Limits, Record, Settings, Setup};
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::{Cosim, CosimError};

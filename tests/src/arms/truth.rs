@@ -1,10 +1,10 @@
 //! The prior of an arm, and its true parameters.
 
 use armbridge_analysis::identify::Quantity;
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Joint;
-use armbridge_shared::arm::Parameters;
-use armbridge_shared::link::message::Setup;
+use armbridge_control::actuator::Joint;
+use armbridge_control::arm::Parameters;
+use armbridge_link::message::Setup;
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::PlantConfig;
 
 /// From the sample behind a tick's angle to the moment at which a servo applies the PWM

@@ -1,9 +1,9 @@
 //! A control loop with a client that never stops asking.
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
-use armbridge_shared::bridge::Channels;
-use armbridge_shared::link::message::{Mode, PortCounters, Record, Setup};
-use armbridge_shared::servo::Firmware;
+use armbridge_board::bridge::Channels;
+use armbridge_link::message::{Mode, PortCounters, Record, Setup};
+use armbridge_servo::Firmware;
 use armbridge_sim::board::{Board, VirtualBoard};
 use armbridge_sim::cosim::Cosim;
 use armbridge_sim::emulator::{EmulatedBoard, Image, Qemu, QemuOptions, Time};

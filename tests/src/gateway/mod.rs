@@ -3,7 +3,7 @@
 pub mod client;
 pub mod loops;
 
-use armbridge_shared::servo::Firmware;
+use armbridge_servo::Firmware;
 use armbridge_sim::Bench;
 use armbridge_sim::plant::{Plant, PlantConfig};
 use armbridge_sim::servo_kind::ServoKind;

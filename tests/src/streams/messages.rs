@@ -1,14 +1,14 @@
 //! Seeds that are messages of the link, as the encoder writes them.
 
-use armbridge_shared::experiment::Signal;
-use armbridge_shared::link::experiment::{Conclusion, Experiment, ExperimentEnd, Role};
-use armbridge_shared::link::frame::{Encoder, Message};
-use armbridge_shared::link::message::{
+use armbridge_control::experiment::Signal;
+use armbridge_link::experiment::{Conclusion, Experiment, ExperimentEnd, Role};
+use armbridge_link::frame::{Encoder, Message};
+use armbridge_link::message::{
     Command, Drive, Guards, Hello, Missing, Mode, Moment, PortCounters, Record, Refusal, Sample,
     Settings, Setup, Timing, ToBoard, ToHost,
 };
-use armbridge_shared::link::motion::{Motion, Via};
-use armbridge_shared::servo::Firmware;
+use armbridge_link::motion::{Motion, Via};
+use armbridge_servo::Firmware;
 
 use super::seeds::Seeds;
 

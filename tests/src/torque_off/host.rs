@@ -4,9 +4,9 @@
 use std::convert::Infallible;
 
 use armbridge_client::Host;
-use armbridge_shared::link::frame::{Decoder, Encoder};
-use armbridge_shared::link::message::{Command, Record, Refusal, ToBoard, ToHost};
-use armbridge_shared::link::schema;
+use armbridge_link::frame::{Decoder, Encoder};
+use armbridge_link::message::{Command, Record, Refusal, ToBoard, ToHost};
+use armbridge_link::schema;
 
 /// Period of heartbeats in µs: that of the host program.
 const HEARTBEAT_US: u64 = 25_000;

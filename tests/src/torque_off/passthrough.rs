@@ -1,7 +1,7 @@
 //! Emergency stops while a client of the transparent port drives the motors: they are
 //! off and stay off, whatever the client does.
 
-use armbridge_shared::link::message::{Fault, StopSource, ToBoard};
+use armbridge_link::message::{Fault, StopSource, ToBoard};
 
 use super::cases::{all, check};
 use super::client::Method;

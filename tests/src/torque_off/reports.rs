@@ -1,8 +1,8 @@
 //! Reports of the board on torque and faults: the only place that knows which
 //! messages carry them.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Fault, OffState, ToHost};
+use armbridge_link::message::{Fault, OffState, ToHost};
+use armbridge_servo::JOINTS;
 
 /// The joints whose motors this message reports as off; `None` if it is no report
 /// on that.

@@ -1,11 +1,11 @@
 //! The board with everything around it: servos and arm, a host at the link, a
 //! client at the transparent port.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Pwm;
-use armbridge_shared::bridge::Channels;
-use armbridge_shared::link::message::{Command, Fault, Mode, Refusal, ToHost};
-use armbridge_shared::servo::Firmware;
+use armbridge_board::bridge::Channels;
+use armbridge_link::message::{Command, Fault, Mode, Refusal, ToHost};
+use armbridge_servo::Firmware;
+use armbridge_servo::JOINTS;
+use armbridge_servo::Pwm;
 use armbridge_sim::Bench;
 use armbridge_sim::board::{Board, Input, Output, VirtualBoard, Wake};
 use armbridge_sim::cosim::Cosim;

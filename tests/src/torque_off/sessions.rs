@@ -1,8 +1,8 @@
 //! End of a session that drives the arm, by another session's hello or by a goodbye,
 //! behind a flood of frames in the same write: torque is off, however many there are.
 
-use armbridge_shared::link::message::{Command, Mode, Refusal, ToBoard};
-use armbridge_shared::servo::Firmware;
+use armbridge_link::message::{Command, Mode, Refusal, ToBoard};
+use armbridge_servo::Firmware;
 
 use super::cases::{all, check, run_cases};
 use super::rig::{Rig, STOP_US, World, bench, between_obstacles, with_rig};

@@ -5,12 +5,12 @@ use core::future::{Future, poll_fn};
 use core::hint::black_box;
 use core::task::Poll;
 
+use armbridge_board::bridge::gateway::ClientLine;
 use armbridge_firmware::stop::PolledUart;
 use armbridge_firmware::tasks::{FromClient, FromHost, LineChanges, RealTime, ToHost};
-use armbridge_shared::bridge::gateway::ClientLine;
-use armbridge_shared::link::message::StopSource;
-use armbridge_shared::servo::bus::{Bus, LineAfter, Received, Transmission};
-use armbridge_shared::servo::port::SetBaud;
+use armbridge_link::message::StopSource;
+use armbridge_servo::bus::{Bus, LineAfter, Received, Transmission};
+use armbridge_servo::port::SetBaud;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_hal_nb::serial::{self, ErrorKind};
 use embedded_storage::nor_flash::{self, NorFlash, NorFlashErrorKind, ReadNorFlash};

@@ -11,8 +11,8 @@
 use super::{BUS, clock};
 use crate::crash::memory;
 use crate::stop::PolledUart;
-use armbridge_shared::servo::bus::{Bus, LineAfter, Received, Transmission};
-use armbridge_shared::servo::port::{byte_ns, bytes_us};
+use armbridge_servo::bus::{Bus, LineAfter, Received, Transmission};
+use armbridge_servo::port::{byte_ns, bytes_us};
 use embedded_hal_nb::serial::Error;
 use heapless::Vec;
 

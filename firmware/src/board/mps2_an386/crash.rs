@@ -5,7 +5,7 @@ use super::semihosting::{self, EXIT_FAULT, EXIT_PANIC};
 use super::supply::SupplyPin;
 use super::{clock, watchdog};
 use crate::crash::memory;
-use armbridge_shared::link::message::End;
+use armbridge_link::message::End;
 use cortex_m::peripheral::SCB;
 
 /// Cause of the non-maskable interrupt: the watchdog, a whole period before it resets.

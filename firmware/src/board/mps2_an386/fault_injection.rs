@@ -15,7 +15,7 @@
 
 use super::flash;
 use super::semihosting::Arguments;
-use armbridge_shared::link::message::End;
+use armbridge_link::message::End;
 use core::hint::black_box;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 

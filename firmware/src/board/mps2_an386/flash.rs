@@ -4,7 +4,7 @@
 //! That region is not initialised. Settings outlive a reset of the emulated
 //! machine, not the end of QEMU.
 
-use armbridge_shared::store::memory::Memory;
+use armbridge_board::store::memory::Memory;
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 

@@ -26,10 +26,10 @@ use super::semihosting::{self, EXIT_NO_BENCH, Stdio};
 use super::{BUS, real_time};
 use crate::crash::memory;
 use crate::settings;
-use armbridge_shared::bridge::LinkPort;
-use armbridge_shared::bridge::gateway::PortEnd;
-use armbridge_shared::lockstep::{HEADER_LEN, MESSAGE_MAX, PayloadLens, TimeGrant, TimeRequest};
-use armbridge_shared::store::Store;
+use armbridge_board::bridge::LinkPort;
+use armbridge_board::bridge::gateway::PortEnd;
+use armbridge_board::lockstep::{HEADER_LEN, MESSAGE_MAX, PayloadLens, TimeGrant, TimeRequest};
+use armbridge_board::store::Store;
 use embassy_futures::yield_now;
 use embedded_storage::nor_flash::NorFlash;
 

@@ -17,7 +17,7 @@ use super::timer::TIMER1;
 use super::{BUS, CLOCK_MHZ, clock, fault_injection, watchdog};
 use crate::handler_cell::HandlerCell;
 use crate::tasks::{RealTime, RealTimeLoop, Wait};
-use armbridge_shared::link::message::StopSource;
+use armbridge_link::message::StopSource;
 use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m::peripheral::NVIC;

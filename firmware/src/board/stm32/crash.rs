@@ -4,7 +4,7 @@ use super::polled_bus::PolledBus;
 use super::wiring::Wiring;
 use super::{bus, watchdog};
 use crate::board::Chosen;
-use armbridge_shared::link::message::End;
+use armbridge_link::message::End;
 use cortex_m::peripheral::SCB;
 use embassy_stm32::interrupt;
 use embassy_stm32::pac::RCC;

@@ -34,7 +34,7 @@ use super::baud::set_divider;
 use super::clock::Clock;
 use super::wiring::Wiring;
 use crate::crash::memory;
-use armbridge_shared::servo::bus::{Bus, LineAfter, Received, SEND_MAX, Transmission};
+use armbridge_servo::bus::{Bus, LineAfter, Received, SEND_MAX, Transmission};
 use core::marker::PhantomData;
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 use embassy_stm32::pac::dma::vals::{Dir, Pl};

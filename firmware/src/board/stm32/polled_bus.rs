@@ -9,7 +9,7 @@ use super::baud::set_divider;
 use super::clock_tree::INTERNAL_MHZ;
 use super::wiring::Wiring;
 use crate::stop::PolledUart;
-use armbridge_shared::servo::port::bytes_us;
+use armbridge_servo::port::bytes_us;
 use core::marker::PhantomData;
 
 /// The port, polled.

@@ -12,7 +12,7 @@ use super::{bus, watchdog};
 use crate::board::Chosen;
 use crate::handler_cell::HandlerCell;
 use crate::tasks::{RealTime, RealTimeLoop};
-use armbridge_shared::link::message::StopSource;
+use armbridge_link::message::StopSource;
 use cortex_m::peripheral::DWT;
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::{RCC, TIM5};

@@ -1,7 +1,7 @@
 //! Figure of the step responses.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::Setup;
+use armbridge_link::message::Setup;
+use armbridge_servo::JOINTS;
 
 use super::step::{Point, Responses, SHOWN_S, STEP_RAD};
 use crate::plot::WIDTH;

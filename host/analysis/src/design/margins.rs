@@ -20,7 +20,7 @@
 
 use core::f64::consts::{PI, TAU};
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use nalgebra::{Complex, Matrix2, SMatrix};
 use serde::Serialize;
 

@@ -40,10 +40,10 @@ pub use step::StepError;
 
 use std::path::{Path, PathBuf};
 
+use armbridge_board::bridge::settings_refusal;
+use armbridge_link::message::{Refusal, Settings, Setup};
 use armbridge_log::output_file::Existing;
-use armbridge_shared::JOINTS;
-use armbridge_shared::bridge::settings_refusal;
-use armbridge_shared::link::message::{Refusal, Settings, Setup};
+use armbridge_servo::JOINTS;
 use serde::Serialize;
 
 use crate::plot::{Formats, PlotError, write_as};

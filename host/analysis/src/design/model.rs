@@ -12,11 +12,11 @@
 //! the first half of its states. The estimator's input is u; so `open` contains it, and the
 //! loop is broken at the torque alone. In the closed loop, v = u.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::{Discrete, Linear, Parameters};
-use armbridge_shared::control::{IntegralAction, Lqr, Weights};
-use armbridge_shared::estimate::{Config, Estimator, Kalman, Tuning};
-use armbridge_shared::link::message::{Controller, Gains, Refusal, Setup};
+use armbridge_control::arm::{Discrete, Linear, Parameters};
+use armbridge_control::controller::{IntegralAction, Lqr, Weights};
+use armbridge_control::estimate::{Config, Estimator, Kalman, Tuning};
+use armbridge_link::message::{Controller, Gains, Refusal, Setup};
+use armbridge_servo::JOINTS;
 use nalgebra::{Matrix2, Matrix2x4, Matrix4, SMatrix, Vector2, Vector3, Vector4};
 
 /// Dimension of the state.

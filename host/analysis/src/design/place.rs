@@ -3,8 +3,8 @@
 //! About upright the joints are decoupled, and the gain that gives a joint two poles is
 //! unique: `K = [0 1] [B AB]^-1 p(A)`, Ackermann's formula.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::Setup;
+use armbridge_link::message::Setup;
+use armbridge_servo::JOINTS;
 use nalgebra::{Matrix2, RowVector2, Vector2};
 
 /// Reason why no gain exists.

@@ -7,8 +7,8 @@
 //! | user gain, joints coupled     | unchanged: no other gain is certainly intended  |
 //! | the paper's printed gain      | unchanged                                       |
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Controller, Gains, Setup};
+use armbridge_link::message::{Controller, Gains, Setup};
+use armbridge_servo::JOINTS;
 use nalgebra::{Matrix2, Vector2};
 
 use super::place::{PlaceError, joints, place};

@@ -2,9 +2,9 @@
 
 use armbridge_client::enum_names;
 use armbridge_client::refusal_text;
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Joint;
-use armbridge_shared::link::message::{Mode, Record, Refusal, Setup};
+use armbridge_control::actuator::Joint;
+use armbridge_link::message::{Mode, Record, Refusal, Setup};
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::PlantConfig;
 
 use super::model::LinearLoop;

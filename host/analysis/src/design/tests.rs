@@ -1,11 +1,12 @@
 //! Comparison of margins with simulations of loops perturbed by them, with the shared
 //! estimator and the exact linear arm, tick by tick.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::Parameters;
-use armbridge_shared::control::{ComputedTorque, Controller as Law, Lqr, Reference};
-use armbridge_shared::estimate::{Config, Estimator, Tuning};
-use armbridge_shared::link::message::{Controller, Gains, Setup};
+use armbridge_control::arm::Parameters;
+use armbridge_control::controller::{ComputedTorque, Controller as Law, Lqr};
+use armbridge_control::estimate::{Config, Estimator, Tuning};
+use armbridge_control::trajectory::Reference;
+use armbridge_link::message::{Controller, Gains, Setup};
+use armbridge_servo::JOINTS;
 use nalgebra::{Complex, Matrix2, Vector2, Vector4};
 
 use super::model::LinearLoop;
@@ -169,7 +170,7 @@ fn double(setup: &Setup) -> (Estimator<f64>, Law<f64>, Parameters<f64>) {
             natural_rad_s,
             damping,
         } => {
-            let tuning = armbridge_shared::control::Tuning {
+            let tuning = armbridge_control::controller::Tuning {
                 natural_rad_s: natural_rad_s.map(f64::from),
                 damping: damping.map(f64::from),
             };

@@ -1,6 +1,6 @@
 //! Model of the arm in identifiable parameters, and the dynamics of its joints.
 //!
-//! Equations (1) to (4) of the paper, as in [`armbridge_shared::arm`], in base
+//! Equations (1) to (4) of the paper, as in [`armbridge_control::arm`], in base
 //! parameters: the combinations of masses, lengths and inertias that the motion depends on.
 //! `J` and `g` of each joint are estimated; the geometry, measured by ruler, enters only in
 //! terms that are small beside them:
@@ -15,10 +15,10 @@
 //! The equations are generic over dual numbers, so that a motion carries its derivatives by
 //! all parameters.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Direction;
-use armbridge_shared::arm::Mounting;
-use armbridge_shared::link::message::Setup;
+use armbridge_control::actuator::Direction;
+use armbridge_control::arm::Mounting;
+use armbridge_link::message::Setup;
+use armbridge_servo::JOINTS;
 use num_dual::DualNum;
 
 use super::quantity::{COUNT, PER_JOINT, Quantity};
@@ -223,7 +223,7 @@ impl<D: DualNum<Primitive = f64> + Copy> JointModel<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armbridge_shared::arm::{Parameters, State};
+    use armbridge_control::arm::{Parameters, State};
     use nalgebra::Vector2;
     use num_dual::{DualSVec64, DualStruct};
 
@@ -277,13 +277,13 @@ mod tests {
             let duals =
                 core::array::from_fn(|i| DualSVec64::<PER_JOINT>::from_re(at[i]).derivative(i));
             let model = JointModel::new(&known, joint, &duals, duals[Quantity::Gravity as usize]);
-            let servo = armbridge_shared::actuator::Joint::<f64> {
+            let servo = armbridge_control::actuator::Joint::<f64> {
                 direction: setup.joints[joint].direction,
-                ..armbridge_shared::actuator::Joint::paper()
+                ..armbridge_control::actuator::Joint::paper()
             };
             for counts in [0, 900, 988, 1022, 1300, 2000] {
                 let torque = model.motor_torque(counts);
-                let expected = servo.torque(armbridge_shared::actuator::Pwm::saturating(counts));
+                let expected = servo.torque(armbridge_servo::Pwm::saturating(counts));
                 assert!((torque.re() - expected).abs() < 1e-9, "{counts}");
             }
             for counts in [991, 1000, 1019] {

@@ -1,8 +1,8 @@
 //! Settings of a board with the identified arm.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::Parameters;
-use armbridge_shared::link::message::Settings;
+use armbridge_control::arm::Parameters;
+use armbridge_link::message::Settings;
+use armbridge_servo::JOINTS;
 
 use super::fit_result::FitResult;
 use super::quantity::Quantity;

@@ -5,7 +5,7 @@
 //! tick. They are eliminated: only the Schur complement of the window's normal equations,
 //! with the initial state at its optimum, enters the sum.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use nalgebra::{SMatrix, SVector};
 use num_dual::{DualSVec64, DualStruct};
 

@@ -1,8 +1,8 @@
 //! Data of a fit: PWM sent to the servos, encoder counts, and windows in which a joint
 //! slides.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Pwm;
+use armbridge_servo::JOINTS;
+use armbridge_servo::Pwm;
 
 use super::arm::KnownParameters;
 

@@ -1,7 +1,7 @@
 //! The fit: initial guess, search in windows of growing length, covariance of the
 //! parameters, and static friction.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use nalgebra::SMatrix;
 
 use super::arm::KnownParameters;

@@ -1,6 +1,6 @@
 //! Result of a fit: the parameters, their covariance, and the windows that they explain.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use nalgebra::SMatrix;
 
 use super::arm::KnownParameters;

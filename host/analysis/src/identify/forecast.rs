@@ -7,7 +7,7 @@
 //! unstable pole; a forecast counts until the uncertainty of its initial state, because of the
 //! encoder's noise, reaches one count.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use serde::Serialize;
 
 use super::arm::KnownParameters;
@@ -222,7 +222,7 @@ fn unstable_time_constant_s(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armbridge_shared::link::message::Setup;
+    use armbridge_link::message::Setup;
 
     #[test]
     fn the_papers_arm_falls_with_the_poles_of_its_linear_model() {
@@ -251,7 +251,7 @@ mod tests {
             assert!((fit * pole - 1.0).abs() < 1e-6, "{fit} s, {pole} 1/s");
         }
         let mut known = KnownParameters::from_setup(&setup);
-        known.mounting = armbridge_shared::arm::Mounting::Hanging;
+        known.mounting = armbridge_control::arm::Mounting::Hanging;
         assert_eq!(unstable_time_constant_s(0, &known, &coordinates), None);
     }
 }

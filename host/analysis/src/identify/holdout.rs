@@ -1,7 +1,7 @@
 //! Holdout: a second fit without the last fifth of the windows, validated on these. It serves
 //! where there is no other log.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 
 use super::arm::KnownParameters;
 use super::checks::Checks;

@@ -6,7 +6,7 @@
 //! result is linear in inertia, friction, gravity, gain and offset: least squares solves it
 //! directly, near enough for the search.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use nalgebra::{DMatrix, DVector};
 
 use super::arm::KnownParameters;

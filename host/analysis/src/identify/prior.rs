@@ -5,8 +5,8 @@
 //! fixes this factor, as in the paper: masses and lengths, measured by scale and ruler, give
 //! the gravity torques.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::Setup;
+use armbridge_link::message::Setup;
+use armbridge_servo::JOINTS;
 
 use super::quantity::{COUNT, Quantity};
 

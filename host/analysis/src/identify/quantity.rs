@@ -4,7 +4,7 @@
 //! the value over a relevant step. So a step of the search is a relative one, whatever the
 //! unit.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use num_dual::DualNum;
 
 /// A parameter of a joint.

@@ -2,7 +2,7 @@
 //!
 //! While the motors are off, the torques on the arm are unknown: it may be held by hand.
 
-use armbridge_shared::link::message::{Record, Sample};
+use armbridge_link::message::{Record, Sample};
 
 use super::dataset::Trace;
 

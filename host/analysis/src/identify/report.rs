@@ -1,7 +1,7 @@
 //! Report of a fit, as a table and as data.
 
 use armbridge_log::text_table;
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use serde::Serialize;
 
 use super::fit_result::FitResult;

@@ -6,7 +6,7 @@
 //! several initial guesses. Without a dead zone nothing determines an edge: the smallest
 //! edge that would be detected gives its uncertainty.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 
 use super::arm::KnownParameters;
 use super::cost::WindowFit;

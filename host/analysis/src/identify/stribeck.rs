@@ -11,7 +11,7 @@
 //! the loss is a quadratic form in the logarithms of drop and speed: a few Newton steps find
 //! it, and its curvature gives their covariance.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use nalgebra::{Matrix2, SMatrix, Vector2};
 use serde::Serialize;
 

@@ -2,10 +2,10 @@
 
 use std::str::FromStr;
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::bridge::limits::REFERENCE_MAX_RAD;
-use armbridge_shared::link::message::{Command, Setup};
-use armbridge_shared::link::motion::Motion;
+use armbridge_board::bridge::limits::REFERENCE_MAX_RAD;
+use armbridge_link::message::{Command, Setup};
+use armbridge_link::motion::Motion;
+use armbridge_servo::JOINTS;
 use serde::Serialize;
 
 use crate::plan_runner::Script;

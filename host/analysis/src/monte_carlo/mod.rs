@@ -16,12 +16,12 @@ pub use maneuver::{Maneuver, ManeuverError};
 pub use outcome::{Joints, Outcome, REST_S};
 pub use table::table;
 
+use armbridge_board::bridge::Channels;
 use armbridge_client::Host;
 use armbridge_client::Tap;
 use armbridge_client::tap::Tapped;
-use armbridge_shared::JOINTS;
-use armbridge_shared::bridge::Channels;
-use armbridge_shared::link::message::{Command, Record};
+use armbridge_link::message::{Command, Record};
+use armbridge_servo::JOINTS;
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::{Cosim, CosimError};

@@ -1,10 +1,10 @@
 //! Performance figures of a run, computed from the true arm.
 
 use armbridge_client::enum_names;
+use armbridge_link::message::{Record, Sample};
 use armbridge_log::summary::SETTLED_RAD;
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Pwm;
-use armbridge_shared::link::message::{Record, Sample};
+use armbridge_servo::JOINTS;
+use armbridge_servo::Pwm;
 use serde::Serialize;
 
 use super::{Run, Trial, Truth};

@@ -8,13 +8,13 @@
 //! ```
 //!
 //! with both error poles at `-omega`: kp = omega^2, kd = 2 omega. The board's law,
-//! [`ComputedTorque`](armbridge_shared::control::ComputedTorque), is the same but
+//! [`ComputedTorque`](armbridge_control::controller::ComputedTorque), is the same but
 //! rejects gains that cannot be stable at its period; here such gains are tried.
 
 use core::f64::consts::TAU;
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::{Parameters, Posture, State};
+use armbridge_control::arm::{Parameters, Posture, State};
+use armbridge_servo::JOINTS;
 use nalgebra::Vector2;
 
 /// Amplitude in rad and frequency in Hz of each joint's sine.

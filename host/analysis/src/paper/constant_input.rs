@@ -2,7 +2,7 @@
 
 use core::f64::consts::FRAC_PI_2;
 
-use armbridge_shared::arm::Parameters;
+use armbridge_control::arm::Parameters;
 use armbridge_sim::plant::{Friction, PlantConfig};
 
 use super::chart::{Chart, Curve, DIFFERENCE, Figure, Level, MODEL, Subplot, WRONG};

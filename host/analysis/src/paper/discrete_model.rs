@@ -1,6 +1,6 @@
 //! Equation (7): the discrete model, and the arm from which it was computed.
 
-use armbridge_shared::arm::{Discrete, Parameters};
+use armbridge_control::arm::{Discrete, Parameters};
 use nalgebra::Vector2;
 
 use super::claim::{Claim, Number, Rule};

@@ -6,7 +6,7 @@
 
 use core::f64::consts::PI;
 
-use armbridge_shared::arm::{Parameters, State};
+use armbridge_control::arm::{Parameters, State};
 use nalgebra::{Vector2, Vector4};
 
 use super::chart::{CORRECTED, Chart, Curve, Figure, MODEL, PLACED, Subplot, WRONG};

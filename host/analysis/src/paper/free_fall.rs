@@ -2,7 +2,7 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
-use armbridge_shared::arm::Parameters;
+use armbridge_control::arm::Parameters;
 
 use super::chart::{CORRECTED, Chart, Curve, DIFFERENCE, Figure, Level, MODEL, Subplot};
 use super::claim::{Claim, Number, Rule};

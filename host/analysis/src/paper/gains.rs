@@ -1,9 +1,9 @@
 //! Equations (10) and (12): the gains that the paper's own models and weights give.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::Discrete;
-use armbridge_shared::control::{Lqr, Weights};
-use armbridge_shared::design::placement::{Poles, prediction_gain};
+use armbridge_control::arm::Discrete;
+use armbridge_control::controller::{Lqr, Weights};
+use armbridge_control::design::placement::{Poles, prediction_gain};
+use armbridge_servo::JOINTS;
 use nalgebra::{Matrix2, Matrix2x4, Vector2};
 
 use super::claim::{Claim, Number, Rule};

@@ -1,9 +1,9 @@
 //! "The ensemble becomes unstable": LQR with the printed observer.
 
+use armbridge_control::controller::Lqr;
+use armbridge_control::estimate::{Estimator, Form};
 use armbridge_log::summary::SETTLED_RAD;
-use armbridge_shared::JOINTS;
-use armbridge_shared::control::Lqr;
-use armbridge_shared::estimate::{Estimator, Form};
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::{Friction, PlantConfig};
 
 use super::chart::{CORRECTED, Chart, Curve, DIFFERENCE, Figure, PLACED, PRINTED, Subplot};

@@ -61,9 +61,9 @@ pub use regulation::Regulation;
 pub use report::{table, write};
 pub use tracking::{OMEGA, Tracking};
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::design::{placement, riccati};
-use armbridge_shared::estimate;
+use armbridge_control::design::{placement, riccati};
+use armbridge_control::estimate;
+use armbridge_servo::JOINTS;
 
 /// The board's usual period in µs.
 pub(crate) const BOARD_US: u32 = 1000;

@@ -1,11 +1,11 @@
 //! Estimators that the claims compare, built by the library.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::{Discrete, Parameters};
-use armbridge_shared::design::placement::{self, Poles, current_gain, prediction_gain};
-use armbridge_shared::estimate::{
+use armbridge_control::arm::{Discrete, Parameters};
+use armbridge_control::design::placement::{self, Poles, current_gain, prediction_gain};
+use armbridge_control::estimate::{
     Config, Estimator, FiniteDifference, Form, Luenberger, Model, Tuning,
 };
+use armbridge_servo::JOINTS;
 use nalgebra::{Matrix2, Vector2};
 
 use super::DesignError;

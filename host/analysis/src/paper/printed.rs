@@ -1,12 +1,12 @@
 //! Numbers that the paper prints and the library does not use: the only numbers of
 //! the report that do not come from the run.
 //!
-//! (7) is [`Discrete::paper`](armbridge_shared::arm::Discrete::paper), (10)
-//! [`Lqr::paper`](armbridge_shared::control::Lqr::paper), Table 1
-//! [`Parameters::table_1`](armbridge_shared::arm::Parameters::table_1), (5)
-//! [`Joint::paper`](armbridge_shared::actuator::Joint::paper).
+//! (7) is [`Discrete::paper`](armbridge_control::arm::Discrete::paper), (10)
+//! [`Lqr::paper`](armbridge_control::controller::Lqr::paper), Table 1
+//! [`Parameters::table_1`](armbridge_control::arm::Parameters::table_1), (5)
+//! [`Joint::paper`](armbridge_control::actuator::Joint::paper).
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 
 /// Sampling period in s.
 pub(crate) const PERIOD_S: f64 = 0.045;

@@ -1,6 +1,7 @@
 //! Equation (5): the PWM that gives no torque.
 
-use armbridge_shared::actuator::{Joint, Pwm};
+use armbridge_control::actuator::Joint;
+use armbridge_servo::Pwm;
 
 use super::claim::{Claim, Number, Rule};
 use super::printed::DEAD_ZONE;

@@ -1,11 +1,12 @@
 //! Figs. 7 and 8: LQR stabilises the arm, released away from upright.
 
+use armbridge_control::actuator::Joint;
+use armbridge_control::arm::{Discrete, State};
+use armbridge_control::controller::Lqr;
+use armbridge_control::estimate::Estimator;
 use armbridge_log::summary::SETTLED_RAD;
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::{Joint, Pwm};
-use armbridge_shared::arm::{Discrete, State};
-use armbridge_shared::control::Lqr;
-use armbridge_shared::estimate::Estimator;
+use armbridge_servo::JOINTS;
+use armbridge_servo::Pwm;
 use armbridge_sim::plant::{Friction, PlantConfig};
 use nalgebra::{Vector2, Vector4};
 

@@ -9,12 +9,13 @@
 //! Angles are rounded to encoder counts and PWM to integers, as in the servo.
 //! The encoders have no noise here, so a run is deterministic.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::{Command, Joint, Pwm};
-use armbridge_shared::arm::{Parameters, State};
-use armbridge_shared::control::{DryFriction, Lqr, Setpoint};
-use armbridge_shared::estimate::Estimator;
-use armbridge_shared::link::limits::hard;
+use armbridge_control::actuator::{Command, Joint};
+use armbridge_control::arm::{Parameters, State};
+use armbridge_control::controller::{DryFriction, Lqr, Setpoint};
+use armbridge_control::estimate::Estimator;
+use armbridge_link::limits::hard;
+use armbridge_servo::JOINTS;
+use armbridge_servo::Pwm;
 use armbridge_sim::plant::{Friction, Plant, PlantConfig};
 use nalgebra::Vector2;
 

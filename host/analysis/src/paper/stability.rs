@@ -9,9 +9,9 @@
 //! x^  <- (A - B K - L C) x^ + L C x
 //! ```
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::{Discrete, Parameters};
-use armbridge_shared::control::Lqr;
+use armbridge_control::arm::{Discrete, Parameters};
+use armbridge_control::controller::Lqr;
+use armbridge_servo::JOINTS;
 use nalgebra::{Complex, Matrix2x4, Matrix4, Matrix4x2, SMatrix, Vector2};
 
 use super::observers::exact_model;

@@ -2,9 +2,9 @@
 
 mod claims;
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::Parameters;
-use armbridge_shared::estimate::{Estimator, Form};
+use armbridge_control::arm::Parameters;
+use armbridge_control::estimate::{Estimator, Form};
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::Friction;
 
 use super::computed_torque::{computed_torque, reference};

@@ -1,9 +1,9 @@
 //! Descriptions of steps.
 
-use armbridge_shared::experiment::Signal;
-use armbridge_shared::link::experiment::{Experiment, Role};
-use armbridge_shared::link::message::Command;
-use armbridge_shared::link::motion::Motion;
+use armbridge_control::experiment::Signal;
+use armbridge_link::experiment::{Experiment, Role};
+use armbridge_link::message::Command;
+use armbridge_link::motion::Motion;
 
 use super::plan::Action;
 

@@ -4,7 +4,7 @@ use armbridge_client::error::{SessionError, end_in_words};
 use armbridge_client::params::ParameterError;
 use armbridge_client::status::Obstacle;
 use armbridge_client::{enum_names, refusal_text};
-use armbridge_shared::link::message::{Fault, LastEnd, Refusal};
+use armbridge_link::message::{Fault, LastEnd, Refusal};
 
 /// Failure of a run.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

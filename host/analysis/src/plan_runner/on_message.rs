@@ -1,9 +1,7 @@
 //! Reactions of the runner to messages of the board.
 
 use armbridge_client::session::BoardMessage;
-use armbridge_shared::link::message::{
-    BoardReport, Command, Mode, Record, Refusal, Settings, ToHost,
-};
+use armbridge_link::message::{BoardReport, Command, Mode, Record, Refusal, Settings, ToHost};
 use armbridge_sim::cosim::Interaction;
 use armbridge_sim::plant::Push;
 
@@ -134,7 +132,7 @@ impl<K: RecordSink> PlanRunner<K> {
             (&self.plan.begin, &self.phase)
         {
             let target = change.apply(&settings)?;
-            if let Some(refusal) = armbridge_shared::bridge::settings_refusal(&target) {
+            if let Some(refusal) = armbridge_board::bridge::settings_refusal(&target) {
                 return Err(PlanError::Settings(refusal));
             }
             self.queue.extend(plan::differences(&settings, &target));

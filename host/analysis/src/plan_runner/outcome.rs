@@ -1,8 +1,8 @@
 //! End of a run and its stop conditions.
 
 use armbridge_client::{ctrl_c, enum_names};
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Drive, Fault, Mode, Record};
+use armbridge_link::message::{Drive, Fault, Mode, Record};
+use armbridge_servo::JOINTS;
 
 use super::plan::Stop;
 

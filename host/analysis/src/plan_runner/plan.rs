@@ -2,8 +2,8 @@
 
 use armbridge_client::params;
 use armbridge_client::params::ParameterError;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Command, Limits, Settings, Setup};
+use armbridge_link::message::{Command, Limits, Settings, Setup};
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::Push;
 use toml::Value;
 

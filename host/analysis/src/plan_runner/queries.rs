@@ -2,7 +2,7 @@
 
 use armbridge_client::LinkStats;
 use armbridge_client::status::BoardStatus;
-use armbridge_shared::link::message::{Mode, OffReport, Settings, Trip};
+use armbridge_link::message::{Mode, OffReport, Settings, Trip};
 
 use super::plan::Action;
 use super::{Ending, Phase, PlanRunner, RecordSink};

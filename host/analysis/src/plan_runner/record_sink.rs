@@ -1,7 +1,7 @@
 //! Receivers of the records, commands and conclusions of a run.
 
-use armbridge_shared::link::experiment::Conclusion;
-use armbridge_shared::link::message::{Command, Record};
+use armbridge_link::experiment::Conclusion;
+use armbridge_link::message::{Command, Record};
 
 /// Receiver of a run's data as it arrives.
 pub trait RecordSink {

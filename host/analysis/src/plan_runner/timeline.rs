@@ -1,6 +1,6 @@
 //! Timeline of a run: the next step and the next point of a stream.
 
-use armbridge_shared::link::message::Command;
+use armbridge_link::message::Command;
 
 use super::plan::{Action, Point, STREAM_AHEAD, Step};
 

@@ -3,7 +3,7 @@
 use armbridge_client::enum_names;
 use armbridge_log::record_values::{angle_rad, reference_rad};
 use armbridge_log::summary::{JointSummary, SETTLED_RAD};
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 
 use super::axis::Axis;
 use super::decimate::distinct;

@@ -3,13 +3,13 @@
 use armbridge_client::LinkStats;
 use armbridge_client::enum_names;
 use armbridge_client::event::{Event, EventKind};
+use armbridge_link::message::{Command, Record, Settings, ToBoard, ToHost};
 use armbridge_log::record_values::{error_rad, reference_rad};
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::simulation::Push;
 use armbridge_log::summary::{Counts, Tally};
 use armbridge_log::time_origin::RunTimes;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Command, Record, Settings, ToBoard, ToHost};
+use armbridge_servo::JOINTS;
 
 use super::marks::Mark;
 use super::reduce::{Reduced, Tick};

@@ -4,11 +4,11 @@
 //! again: the ticks that a [`Run`] keeps for its curves are not enough for interpolation, nor for
 //! a root mean square. As in `diff`, they end with a reset of the board.
 
+use armbridge_link::message::Record;
 use armbridge_log::inspect::diff::{pairs, ticks};
 use armbridge_log::record_values::angle_rad;
 use armbridge_log::recording::ReadError;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::Record;
+use armbridge_servo::JOINTS;
 
 use super::reduce::{Reduced, Tick};
 use super::rms::Rms;

@@ -1,7 +1,7 @@
 //! Names of several runs in a legend: the facts and settings in which they differ.
 
 use armbridge_client::params;
-use armbridge_shared::link::message::{Settings, Setup};
+use armbridge_link::message::{Settings, Setup};
 
 use super::run::Run;
 

@@ -54,10 +54,10 @@ pub use preview::draw_preview;
 
 use std::path::{Path, PathBuf};
 
+use armbridge_link::message::Record;
 use armbridge_log::output_file::{self, Existing};
 use armbridge_log::recording::ReadError;
 use armbridge_log::run_info::RunFacts;
-use armbridge_shared::link::message::Record;
 
 pub use run::Run;
 

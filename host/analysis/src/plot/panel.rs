@@ -1,6 +1,6 @@
 //! Panels: framed areas with two axes, a title, a legend, and curves.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 
 use super::axis::Axis;
 use super::decimate::{decimate, distinct};

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 
 use super::axis::Axis;
 use super::drawing::{Anchor, Drawing, Font, Stroke};

@@ -7,9 +7,9 @@
 //! the figure by much. No peak is lost.
 
 use armbridge_client::enum_names;
+use armbridge_link::message::{Record, Sample};
 use armbridge_log::record_values::{angle_rad, count, error_rad, reference_rad};
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Record, Sample};
+use armbridge_servo::JOINTS;
 
 /// Largest number of ticks in memory: 80 s at 1 kHz, some 10 MB.
 const TICKS_MAX: usize = 80_000;
@@ -173,7 +173,7 @@ mod tests {
 
     #[test]
     fn memory_is_bounded_and_no_peak_gap_or_mode_is_lost() {
-        use armbridge_shared::link::message::{Drive, Fault, Mode};
+        use armbridge_link::message::{Drive, Fault, Mode};
         let mut reduced = Reduced::with_most(4_000);
         let count = 200_000;
         for at in 0..count {

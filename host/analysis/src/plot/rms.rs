@@ -1,6 +1,6 @@
 //! Root mean square of a value of each joint, tick by tick.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 
 /// Sums of squares of the values so far that are finite.
 #[derive(Clone, Copy, Debug, Default)]

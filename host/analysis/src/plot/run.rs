@@ -7,12 +7,12 @@
 use std::path::{Path, PathBuf};
 
 use armbridge_client::{enum_names, params};
+use armbridge_link::message::{Record, Sample, Settings};
 use armbridge_log::recording::{ReadError, Reader};
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::summary::{Counts, SegmentSummary};
 use armbridge_log::time_origin::{Align, RunTimes};
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Record, Sample, Settings};
+use armbridge_servo::JOINTS;
 
 use super::axis::Axis;
 use super::collector::Collector;

@@ -3,11 +3,11 @@
 //! Runs share their time axis: time zero is where they are aligned. `difference` is each run
 //! minus the first at the same times, see [`difference`](super::difference).
 
+use armbridge_link::message::Record;
 use armbridge_log::record_values::{angle_rad, error_rad, reference_rad};
 use armbridge_log::recording::ReadError;
 use armbridge_log::summary::SETTLED_RAD;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::Record;
+use armbridge_servo::JOINTS;
 
 use super::axis::Axis;
 use super::difference::Difference;

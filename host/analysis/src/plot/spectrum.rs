@@ -4,10 +4,10 @@
 //! its speed; a missing sample has none. Only ticks in which the arm is driven count, and for
 //! the error those with a reference.
 
+use armbridge_link::message::{Record, Sample};
 use armbridge_log::record_values::error_rad;
 use armbridge_log::run_info::RunFacts;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Record, Sample};
+use armbridge_servo::JOINTS;
 
 use super::axis::{Axis, Scale};
 use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};

@@ -1,9 +1,9 @@
 //! Runs as they are read for figures, of logs made tick by tick.
 
+use armbridge_link::message::{Drive, Mode, Record, Sample, Settings, Timing};
 use armbridge_log::record_values::error_rad;
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::simulation::Push;
-use armbridge_shared::link::message::{Drive, Mode, Record, Sample, Settings, Timing};
 
 use super::Run;
 use crate::test_log::write_log;

@@ -4,8 +4,8 @@
 //! are on a logarithmic axis, so that one tick in ten thousand is visible.
 
 use armbridge_client::enum_names;
+use armbridge_link::message::Record;
 use armbridge_log::summary::{Counts, Spread};
-use armbridge_shared::link::message::Record;
 
 use super::axis::{Axis, Scale};
 use super::drawing::{Anchor, Drawing, Font, Rect};

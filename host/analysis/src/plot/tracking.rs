@@ -5,7 +5,7 @@
 
 use armbridge_log::record_values::error_rad;
 use armbridge_log::summary::{JointSummary, SETTLED_RAD, SegmentSummary};
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 
 use super::axis::Axis;
 use super::drawing::{Drawing, Rect, Stroke};

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use armbridge_client::{LinkError, ctrl_c};
+use armbridge_link::message::PortCounters;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::summary::{LogSummary, ServoSummary, Summary};
-use armbridge_shared::link::message::PortCounters;
 
 use super::{BASELINE_LOG, Baseline, RunError, RunHost, assess, headline};
 use crate::plan_runner::{Ending, PlanError};

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use armbridge_client::experiment_text;
+use armbridge_link::experiment::Conclusion;
+use armbridge_link::message::Record;
 use armbridge_log::recording::Row;
 use armbridge_log::simulation::{SimulationEvent, StateQueue};
 use armbridge_log::summary::Tally;
 use armbridge_log::{CsvWriter, LogError};
-use armbridge_shared::link::experiment::Conclusion;
-use armbridge_shared::link::message::Record;
 
 use crate::plan_runner::RecordSink;
 use crate::scenario::ExpectationMonitor;

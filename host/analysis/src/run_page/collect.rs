@@ -5,13 +5,13 @@ use std::path::Path;
 use armbridge_client::LinkStats;
 use armbridge_client::enum_names;
 use armbridge_client::simulation::{Push, TrueState};
+use armbridge_link::message::{Record, Settings};
 use armbridge_log::record_values::{self, in_closed_loop, once_up};
 use armbridge_log::recording::{ReadError, Reader};
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::summary::{Summary, Tally};
 use armbridge_log::time_origin::RunTimes;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Record, Settings};
+use armbridge_servo::JOINTS;
 
 use super::events::{EventList, Kind, Level, Listed};
 use super::rows::{Kept, Rows};

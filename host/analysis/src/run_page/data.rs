@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use armbridge_control::arm::{Mounting, Parameters};
 use armbridge_log::summary::SETTLED_RAD;
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::{Mounting, Parameters};
+use armbridge_servo::JOINTS;
 use serde::Serialize;
 
 use super::PageInput;

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use armbridge_client::params;
 use armbridge_client::shell_text;
+use armbridge_link::message::Settings;
 use armbridge_log::summary::SegmentSummary;
-use armbridge_shared::link::message::Settings;
 use maud::{Markup, PreEscaped, html};
 
 use super::collect::Collected;

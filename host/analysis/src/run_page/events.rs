@@ -6,12 +6,10 @@ use std::collections::VecDeque;
 use armbridge_client::event::EventKind;
 use armbridge_client::params;
 use armbridge_client::{fault_text, refusal_text};
+use armbridge_link::message::{Command, Mode, Moment, Refusal, Settings, ToBoard, ToHost, Trip};
 use armbridge_log::event_text;
 use armbridge_log::proto::Severity;
 use armbridge_log::time_origin::RunTimes;
-use armbridge_shared::link::message::{
-    Command, Mode, Moment, Refusal, Settings, ToBoard, ToHost, Trip,
-};
 use serde::Serialize;
 
 use super::sent::Sent;
@@ -271,7 +269,7 @@ pub(super) fn fault_in_words(trip: &Trip) -> String {
 
 #[cfg(test)]
 mod tests {
-    use armbridge_shared::link::message::Record;
+    use armbridge_link::message::Record;
 
     use super::*;
 

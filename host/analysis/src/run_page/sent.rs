@@ -1,6 +1,6 @@
 //! A command of the list of events, and the replies to it.
 
-use armbridge_shared::link::message::Command;
+use armbridge_link::message::Command;
 
 /// Frames before the last point of a stream, to which replies may still come: half of all
 /// sequence numbers.

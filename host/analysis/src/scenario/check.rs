@@ -3,14 +3,14 @@
 
 use std::path::Path;
 
+use armbridge_board::bridge::SERVO_IDS;
 use armbridge_client::enum_names;
 use armbridge_client::params;
 use armbridge_client::toml_file::DocumentError;
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::State;
-use armbridge_shared::bridge::SERVO_IDS;
-use armbridge_shared::link::message::Settings;
-use armbridge_shared::servo::Firmware;
+use armbridge_control::arm::State;
+use armbridge_link::message::Settings;
+use armbridge_servo::Firmware;
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::{BuiltinPlant, KeyConflict, PlantConfig, PlantError, PlantFile, Push};
 use armbridge_sim::servo_kind::ServoKind;
 use nalgebra::Vector2;

@@ -1,10 +1,10 @@
 //! Monitor of a scenario's expectations.
 
 use armbridge_client::experiment_text;
+use armbridge_link::experiment::{Conclusion, ExperimentEnd};
+use armbridge_link::message::Record;
 use armbridge_log::summary::{PushTally, Settling, Summary, Tally};
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
-use armbridge_shared::link::message::Record;
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::Push;
 
 use super::{EndName, Expect};
@@ -168,7 +168,7 @@ fn miss(
 
 #[cfg(test)]
 mod tests {
-    use armbridge_shared::link::message::{Drive, Mode};
+    use armbridge_link::message::{Drive, Mode};
 
     use super::*;
 
@@ -203,7 +203,7 @@ mod tests {
         let facts = armbridge_log::run_info::RunFacts::from_settings(
             "test",
             "simulated: bench",
-            &armbridge_shared::link::message::Settings::default(),
+            &armbridge_link::message::Settings::default(),
         );
         let summary = tally.summary(&facts, armbridge_client::LinkStats::default(), end_s, 0.0);
         judge.misses(&tally, &summary)

@@ -1,7 +1,7 @@
 //! Places of mistakes in an experiment.
 
 use armbridge_client::experiment_text;
-use armbridge_shared::link::experiment::{Measure, Objection};
+use armbridge_link::experiment::{Measure, Objection};
 
 use super::mistake::{KeyPath, Mistake};
 

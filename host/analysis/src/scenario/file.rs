@@ -1,7 +1,7 @@
 //! Keys of a scenario file.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::experiment::Experiment;
+use armbridge_link::experiment::Experiment;
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::PlantFile;
 use serde::Deserialize;
 use toml::Table;

@@ -5,7 +5,7 @@
 
 use armbridge_client::params::{Range, Shape, Takes};
 use armbridge_client::toml_file::keys::{Key, KeyTable, Kind};
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant;
 
 /// Largest time in s: a day.

@@ -27,7 +27,7 @@
 //! [`KEYS`] has every key with its range and meaning: it checks the file and explains it.
 //!
 //! An experiment is written as the link carries it, see
-//! [`Experiment`](armbridge_shared::link::experiment::Experiment):
+//! [`Experiment`](armbridge_link::experiment::Experiment):
 //!
 //! ```toml
 //! [[step]]
@@ -72,9 +72,9 @@ use std::path::{Path, PathBuf};
 use armbridge_client::enum_names;
 use armbridge_client::params;
 use armbridge_client::toml_file::{self, DocumentError};
+use armbridge_link::message::Settings;
 use armbridge_log::run_info::RunFacts;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::Settings;
+use armbridge_servo::JOINTS;
 use armbridge_sim::Bench;
 use armbridge_sim::plant::{Plant, PlantConfig, PlantFile};
 use armbridge_sim::servo_kind::ServoKind;

@@ -8,9 +8,9 @@
 
 use std::ops::Range;
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::experiment::{Experiment, Role};
-use armbridge_shared::link::message::{Command, Settings};
+use armbridge_link::experiment::{Experiment, Role};
+use armbridge_link::message::{Command, Settings};
+use armbridge_servo::JOINTS;
 use serde::Serialize;
 
 use super::Scenario;

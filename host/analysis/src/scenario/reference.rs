@@ -2,16 +2,16 @@
 
 mod stream;
 
+use armbridge_board::bridge::limits::MOTION;
+use armbridge_board::bridge::permits;
 use armbridge_client::refusal_text;
-use armbridge_shared::bridge::limits::MOTION;
-use armbridge_shared::bridge::permits;
-use armbridge_shared::control::Reference;
-use armbridge_shared::control::trajectory::{
+use armbridge_control::trajectory::Reference;
+use armbridge_control::trajectory::{
     DURATION_MAX_S, DURATION_MIN_S, Error, FREQUENCY_MAX_HZ, Peak, Trajectory,
 };
-use armbridge_shared::link::experiment::{Experiment, Measure, Objection};
-use armbridge_shared::link::limits::Limits;
-use armbridge_shared::link::message::{Command, Settings};
+use armbridge_link::experiment::{Experiment, Measure, Objection};
+use armbridge_link::limits::Limits;
+use armbridge_link::message::{Command, Settings};
 
 use super::experiment;
 use super::file::Pair;

@@ -1,9 +1,9 @@
 //! Conversion of written steps to a timeline.
 
 use armbridge_client::params;
-use armbridge_shared::control::trajectory::WAYPOINTS_MAX;
-use armbridge_shared::link::message::{Command, Settings};
-use armbridge_shared::link::motion::{Motion, Via};
+use armbridge_control::trajectory::WAYPOINTS_MAX;
+use armbridge_link::message::{Command, Settings};
+use armbridge_link::motion::{Motion, Via};
 use toml::Table;
 
 use super::experiment;

@@ -1,7 +1,7 @@
 use armbridge_client::LinkStats;
+use armbridge_link::experiment::Conclusion;
+use armbridge_link::message::{Command, Record};
 use armbridge_log::summary::Tally;
-use armbridge_shared::link::experiment::Conclusion;
-use armbridge_shared::link::message::{Command, Record};
 use armbridge_sim::link::{BoardUri, Options, drive};
 
 use super::*;
@@ -325,8 +325,8 @@ fn the_table_has_the_keys_that_the_parser_takes() {
 
 #[test]
 fn ranges_are_those_of_the_board() {
-    use armbridge_shared::bridge::limits::REFERENCE_MAX_RAD;
-    use armbridge_shared::link::limits::hard;
+    use armbridge_board::bridge::limits::REFERENCE_MAX_RAD;
+    use armbridge_link::limits::hard;
     let [reference_rad, torque_nm] =
         [keys::REFERENCE_RAD, keys::TORQUE_NM].map(|range| range.high as f32);
     assert!((reference_rad - REFERENCE_MAX_RAD).abs() < f32::EPSILON);

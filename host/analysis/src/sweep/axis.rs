@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fmt;
 
 use armbridge_client::params;
-use armbridge_shared::link::message::Settings;
+use armbridge_link::message::Settings;
 use armbridge_sim::plant::{PlantError, PlantFile};
 use serde::Serialize;
 use toml::Value;

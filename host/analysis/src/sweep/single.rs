@@ -5,13 +5,13 @@ use std::fs;
 use std::path::Path;
 
 use armbridge_client::ctrl_c;
+use armbridge_link::experiment::Conclusion;
+use armbridge_link::message::Record;
 use armbridge_log::LogError;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::summary::Tally;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::experiment::Conclusion;
-use armbridge_shared::link::message::Record;
+use armbridge_servo::JOINTS;
 use armbridge_sim::link::{BoardUri, Options, drive};
 use serde::Serialize;
 

@@ -3,7 +3,7 @@
 use armbridge::config::Config;
 use armbridge_analysis::plan_runner::plan::Base;
 use armbridge_analysis::scenario::Overrides;
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::{PlantError, PlantFile};
 use clap::{Args, ValueEnum};
 use toml::Value;

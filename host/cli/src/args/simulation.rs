@@ -1,7 +1,7 @@
 //! The simulated arm and its servos.
 
-use armbridge_shared::bridge::SERVO_IDS;
-use armbridge_shared::servo::Firmware;
+use armbridge_board::bridge::SERVO_IDS;
+use armbridge_servo::Firmware;
 use armbridge_sim::servo_kind;
 use armbridge_sim::servo_kind::{KindError, ServoKind};
 use clap::Args;

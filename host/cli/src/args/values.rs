@@ -11,7 +11,7 @@ pub(crate) fn duration(text: &str) -> Result<f64, String> {
 }
 
 pub(crate) fn period(text: &str) -> Result<u32, String> {
-    use armbridge_shared::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
+    use armbridge_board::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
     match text.parse() {
         Ok(us) if (PERIOD_MIN_US..=PERIOD_MAX_US).contains(&us) => Ok(us),
         _ => Err(format!(

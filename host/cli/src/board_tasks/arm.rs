@@ -8,8 +8,8 @@ use std::time::Duration;
 use armbridge_client::ctrl_c;
 use armbridge_client::session::{ARM_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
 use armbridge_client::status::{BoardStatus, FoundServos};
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{BoardReport, Command, Mode, Refusal};
+use armbridge_link::message::{BoardReport, Command, Mode, Refusal};
+use armbridge_servo::JOINTS;
 
 use super::{Task, TaskError, View};
 pub use outcome::Outcome;

@@ -4,7 +4,7 @@ use armbridge_client::error::SessionError;
 use armbridge_client::fault_text;
 use armbridge_client::refusal_text;
 use armbridge_client::status::Obstacle;
-use armbridge_shared::link::message::{Refusal, Trip};
+use armbridge_link::message::{Refusal, Trip};
 
 use super::calibrate::{MotorError, Unusable};
 

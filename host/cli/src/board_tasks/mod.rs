@@ -22,8 +22,8 @@ pub use error::TaskError;
 use armbridge_client::Host;
 use armbridge_client::session::{Request, Session};
 use armbridge_client::transport::Intent;
-use armbridge_shared::link::message::Command;
-use armbridge_shared::link::server::LinkRole;
+use armbridge_link::message::Command;
+use armbridge_link::server::LinkRole;
 
 /// Longest that a task waits for its time, in µs.
 const LOOK_US: u64 = 10_000;

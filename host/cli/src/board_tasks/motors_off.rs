@@ -3,7 +3,7 @@
 use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US, Session};
 use armbridge_client::status::BoardStatus;
 use armbridge_client::transport::Intent;
-use armbridge_shared::link::message::{Command, Fault, Mode, Refusal};
+use armbridge_link::message::{Command, Fault, Mode, Refusal};
 
 use super::{Task, TaskError, View};
 

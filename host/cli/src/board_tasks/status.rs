@@ -2,7 +2,7 @@
 
 use armbridge_client::session::Request;
 use armbridge_client::transport::Intent;
-use armbridge_shared::link::message::{Command, Mode};
+use armbridge_link::message::{Command, Mode};
 
 use super::{Task, TaskError, View};
 

@@ -11,14 +11,14 @@ use armbridge_analysis::monte_carlo::{Maneuver, Outcome as Trialled, Run, Trial}
 use armbridge_analysis::plot;
 use armbridge_analysis::progress::Progress;
 use armbridge_client::{ctrl_c, stdio};
+use armbridge_link::message::Setup;
 use armbridge_log::CsvWriter;
 use armbridge_log::output_file::OutputFile;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::Row;
 use armbridge_log::run_info::RunFacts;
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Pwm;
-use armbridge_shared::link::message::Setup;
+use armbridge_servo::JOINTS;
+use armbridge_servo::Pwm;
 use armbridge_sim::plant::{PlantConfig, PlantFile, Push};
 use serde::Serialize;
 

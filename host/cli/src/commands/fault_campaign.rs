@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use armbridge_analysis::monte_carlo;
 use armbridge_analysis::progress::Progress;
 use armbridge_client::{ctrl_c, stdio};
-use armbridge_shared::servo::Firmware;
+use armbridge_servo::Firmware;
 use armbridge_sim::fault_campaign;
 use armbridge_sim::fault_campaign::Kind;
 use armbridge_sim::fault_campaign::{Case, Report};

@@ -16,10 +16,10 @@ use armbridge_analysis::identify::{
 use armbridge_client::params;
 use armbridge_client::params::Parameter;
 use armbridge_client::stdio;
+use armbridge_link::message::Settings;
 use armbridge_log::inspect::Log;
 use armbridge_log::output_file;
 use armbridge_log::output_file::Existing;
-use armbridge_shared::link::message::Settings;
 use clap::{Args, Subcommand};
 use toml::Value;
 

@@ -12,7 +12,7 @@ use armbridge::config::Config;
 use armbridge_client::transport::stop_socket::{Answer, BoardKey, Order, OwnerAnswer, ask};
 use armbridge_client::transport::{LinkUri, usb_discovery};
 use armbridge_client::{enum_names, fault_text, stdio};
-use armbridge_shared::link::message::{Fault, Mode};
+use armbridge_link::message::{Fault, Mode};
 use armbridge_sim::link::{BoardUri, Pace};
 use serde_json::{Value, json};
 

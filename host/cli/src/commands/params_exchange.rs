@@ -9,8 +9,8 @@ use armbridge_client::params::to_text;
 use armbridge_client::refusal_text;
 use armbridge_client::stdio;
 use armbridge_client::transport::Intent;
+use armbridge_link::message::{Command, Settings};
 use armbridge_log::text_table;
-use armbridge_shared::link::message::{Command, Settings};
 use armbridge_sim::link::BoardUri;
 use serde_json::json;
 

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use armbridge_shared::link::server::Touch;
+use armbridge_link::server::Touch;
 use clap::Args;
 
 use super::Outcome;

@@ -7,10 +7,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use armbridge_analysis::run_folder::RunFolder;
 use armbridge_client::event::Direction;
 use armbridge_client::{Tap, stdio};
+use armbridge_link::message::Settings;
 use armbridge_log::LogError;
 use armbridge_log::recorder::{Recorder, RecorderReport};
 use armbridge_log::run_info::RunFacts;
-use armbridge_shared::link::message::Settings;
 
 use super::Error;
 

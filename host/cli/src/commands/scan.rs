@@ -10,7 +10,7 @@ use armbridge_client::servo_bus::{Diagnosis, Port};
 use armbridge_client::servo_table::alarms;
 use armbridge_client::stdio::Stdout;
 use armbridge_log::text_table;
-use armbridge_shared::servo::Firmware;
+use armbridge_servo::Firmware;
 use clap::Args;
 use serde_json::{Value, json};
 

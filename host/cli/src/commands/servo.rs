@@ -9,7 +9,7 @@ use armbridge_client::servo_bus::{Line, Servo, moves};
 use armbridge_client::servo_table::{Access, Register, Storage, Table, alarms};
 use armbridge_client::stdio;
 use armbridge_client::stdio::Stdout;
-use armbridge_shared::servo::Firmware;
+use armbridge_servo::Firmware;
 use clap::{Args, Subcommand};
 use serde_json::json;
 

@@ -2,7 +2,7 @@
 
 use armbridge::config::Config;
 use armbridge_client::transport::touch;
-use armbridge_shared::link::server::Touch;
+use armbridge_link::server::Touch;
 use armbridge_sim::link::BoardUri;
 
 use super::Error;

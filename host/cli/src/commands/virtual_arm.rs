@@ -1,7 +1,7 @@
 //! The virtual arm of a command's options.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::State;
+use armbridge_control::arm::State;
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::{Plant, PlantConfig, PlantFile};
 
 use super::Error;

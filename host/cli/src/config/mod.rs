@@ -6,7 +6,7 @@
 //!
 //! ```no_run
 //! # use armbridge::config::Config;
-//! # use armbridge_shared::link::message::Settings;
+//! # use armbridge_link::message::Settings;
 //! # let (flag, of_the_board) = (None, Settings::default());
 //! let config = Config::discover()?;
 //! let link = config.link(flag)?;
@@ -33,7 +33,7 @@ use std::time::Duration;
 use armbridge_client::params;
 use armbridge_client::params::{InvalidSettings, ParameterError};
 use armbridge_client::toml_file::{Document, DocumentError};
-use armbridge_shared::link::message::Settings;
+use armbridge_link::message::Settings;
 use armbridge_sim::link::BoardUri;
 use toml::Value;
 

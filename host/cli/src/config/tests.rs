@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use armbridge_shared::link::message::{Controller, Gains};
+use armbridge_link::message::{Controller, Gains};
 
 use super::*;
 

@@ -2,7 +2,7 @@
 
 use armbridge_client::event::{Event, EventKind};
 use armbridge_client::status::BoardStatus;
-use armbridge_shared::link::message::{Command, Refusal, ToBoard, ToHost};
+use armbridge_link::message::{Command, Refusal, ToBoard, ToHost};
 
 use crate::pending_commands::PendingCommands;
 

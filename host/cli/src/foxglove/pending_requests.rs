@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 
 use armbridge_client::refusal_text;
 use armbridge_client::session::Request;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Command, Mode, Settings};
-use armbridge_shared::link::motion::Motion;
+use armbridge_link::message::{Command, Mode, Settings};
+use armbridge_link::motion::Motion;
+use armbridge_servo::JOINTS;
 use foxglove::websocket::Parameter;
 
 use super::board::{Board, CommandKind};

@@ -8,9 +8,9 @@ use armbridge_client::ctrl_c;
 use armbridge_client::event::Event;
 use armbridge_client::event_queue::EventQueue;
 use armbridge_client::session::Request;
+use armbridge_link::message::{Command, Settings};
 use armbridge_log::message_encoder::{Encoder, Message};
 use armbridge_log::topics::Topic;
-use armbridge_shared::link::message::{Command, Settings};
 
 use super::board::Board;
 use super::pending_requests::{Outcome, PendingRequests};

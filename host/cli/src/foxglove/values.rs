@@ -4,7 +4,7 @@
 
 use armbridge_client::params;
 use armbridge_client::params::ParameterError;
-use armbridge_shared::link::message::Settings;
+use armbridge_link::message::Settings;
 use foxglove::websocket::{Parameter, ParameterType, ParameterValue};
 use toml::Value;
 

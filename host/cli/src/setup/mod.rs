@@ -29,8 +29,8 @@ use armbridge_client::status::BoardStatus;
 use armbridge_client::transport::usb::UsbError;
 use armbridge_client::transport::{self, LinkOptions, LinkUri, TransportError};
 use armbridge_client::{LinkError, ctrl_c, fault_text};
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{SettingsGroups, Setup as BoardSetup};
+use armbridge_link::message::{SettingsGroups, Setup as BoardSetup};
+use armbridge_servo::JOINTS;
 
 use crate::board_tasks::calibrate::{Calibrate, CalibrationOptions, Guide};
 use crate::board_tasks::status::Status;

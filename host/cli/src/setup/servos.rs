@@ -5,14 +5,14 @@
 
 use std::time::Duration;
 
+use armbridge_board::bridge::SERVO_IDS;
+use armbridge_board::bridge::limits::CLAIM_US;
 use armbridge_client::servo_bus::scan::{Area, Report, scan};
 use armbridge_client::servo_bus::{BusMaster, Diagnosis, Port, Servo};
 use armbridge_client::status::Obstacle;
 use armbridge_client::transport::LinkUri;
-use armbridge_shared::JOINTS;
-use armbridge_shared::bridge::SERVO_IDS;
-use armbridge_shared::bridge::limits::CLAIM_US;
-use armbridge_shared::link::message::Mode;
+use armbridge_link::message::Mode;
+use armbridge_servo::JOINTS;
 
 use super::{Error, Setup};
 use crate::finding::Finding;
@@ -221,8 +221,8 @@ fn other_one(id: u8) -> Finding {
 #[cfg(test)]
 mod tests {
     use armbridge_client::servo_bus::scan::{Details, Found, ScanError};
-    use armbridge_shared::servo::Firmware;
-    use armbridge_shared::servo::protocol1::Alarms;
+    use armbridge_servo::Alarms;
+    use armbridge_servo::Firmware;
 
     use super::*;
 

@@ -5,11 +5,11 @@
 //! limit, where the arm would be braked.
 
 use armbridge_client::session::Request;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::limits::hard;
-use armbridge_shared::link::message::{Command, Drive, Mode};
-use armbridge_shared::link::motion::Motion;
-use armbridge_shared::link::server::LinkRole;
+use armbridge_link::limits::hard;
+use armbridge_link::message::{Command, Drive, Mode};
+use armbridge_link::motion::Motion;
+use armbridge_link::server::LinkRole;
+use armbridge_servo::JOINTS;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::model::{Line, Model};

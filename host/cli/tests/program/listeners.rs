@@ -11,9 +11,9 @@ use std::time::{Duration, Instant};
 
 use armbridge_client::session::Request;
 use armbridge_client::transport::LinkUri;
-use armbridge_shared::link::frame::Encoder;
-use armbridge_shared::link::message::{self, Fault, Mode, StopSource, ToBoard};
-use armbridge_shared::link::schema;
+use armbridge_link::frame::Encoder;
+use armbridge_link::message::{self, Fault, Mode, StopSource, ToBoard};
+use armbridge_link::schema;
 use armbridge_tests::channel_host::Manned;
 use armbridge_tests::served_board::{Served, until};
 

@@ -189,7 +189,7 @@ fn on_a_terminal_one_is_asked() {
 #[cfg(unix)]
 fn over_a_serial_device() {
     use armbridge_client::pty::Pty;
-    use armbridge_shared::servo::Firmware as Kind;
+    use armbridge_servo::Firmware as Kind;
     use armbridge_tests::served_servos::bench;
 
     let pty = Pty::open().unwrap();

@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use armbridge_shared::link::message::Mode;
+use armbridge_link::message::Mode;
 use armbridge_tests::served_board::Served;
 
 use super::links::program::{assert_ends, signal, spawn};

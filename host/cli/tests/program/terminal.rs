@@ -11,9 +11,9 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use armbridge_client::event::EventKind;
+use armbridge_control::arm::State;
+use armbridge_link::message::{Command, Mode, ToBoard, ToHost};
 use armbridge_log::recording::Recording;
-use armbridge_shared::arm::State;
-use armbridge_shared::link::message::{Command, Mode, ToBoard, ToHost};
 use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::served_board::{Served, until};
 use rustix::event::{PollFd, PollFlags, Timespec};

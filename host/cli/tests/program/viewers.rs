@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
 
-use armbridge_shared::link::message::{Fault, Mode, StopSource};
+use armbridge_link::message::{Fault, Mode, StopSource};
 use armbridge_tests::served_board::{Served, until};
 use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest;

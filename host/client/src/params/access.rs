@@ -3,8 +3,8 @@
 
 use core::fmt;
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::Settings;
+use armbridge_link::message::Settings;
+use armbridge_servo::JOINTS;
 use toml::Value;
 
 use super::constraint::{Shape, Takes};

@@ -1,7 +1,7 @@
 //! Checks of settings as a whole: whether a board runs with them.
 
-use armbridge_shared::bridge::settings_refusal;
-use armbridge_shared::link::message::{Refusal, Settings};
+use armbridge_board::bridge::settings_refusal;
+use armbridge_link::message::{Refusal, Settings};
 
 use crate::refusal_text;
 

@@ -36,7 +36,7 @@ pub use text::{NotAPair, of_text, pair, to_text};
 
 use std::sync::LazyLock;
 
-use armbridge_shared::link::message::Settings;
+use armbridge_link::message::Settings;
 use toml::Value;
 
 use access::Access;

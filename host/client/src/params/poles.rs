@@ -3,8 +3,8 @@
 //! A real pole is a number; a pair is written `0.6±0.2i`, or as its two poles `0.6+0.2i` and
 //! `0.6-0.2i`. Lists may be nested joint by joint, or flat, or one text with commas.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::design::placement::Poles;
+use armbridge_control::design::placement::Poles;
+use armbridge_servo::JOINTS;
 use toml::Value;
 
 use super::access::Number;

@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use armbridge_shared::link::message::{Command, Refusal, Settings};
-use armbridge_shared::link::server::LinkRole;
+use armbridge_link::message::{Command, Refusal, Settings};
+use armbridge_link::server::LinkRole;
 
 use crate::Host;
 use crate::ctrl_c;

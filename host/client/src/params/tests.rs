@@ -1,7 +1,7 @@
 //! Compares the table with the types behind it, and with the checks of the board.
 
-use armbridge_shared::bridge::can_run;
-use armbridge_shared::link::message::Refusal;
+use armbridge_board::bridge::can_run;
+use armbridge_link::message::Refusal;
 use proptest::{prop_assert_eq, proptest};
 
 use super::*;

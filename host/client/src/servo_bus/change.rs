@@ -3,7 +3,7 @@
 //! Each is checked before, so that no two servos get one id, and read back afterwards. A Morpheus servo answers these with its new id or at its new
 //! rate, and receives nothing meanwhile for 8.5 ms a byte, or 0.1 s for all of them.
 
-use armbridge_shared::servo::Firmware;
+use armbridge_servo::Firmware;
 
 use super::diagnosis::Diagnosis;
 use super::line::Line;

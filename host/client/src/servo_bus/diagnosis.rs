@@ -1,6 +1,6 @@
 //! Diagnosis of a failed exchange: error and likely cause.
 
-use armbridge_shared::servo::protocol1::Alarms;
+use armbridge_servo::Alarms;
 
 use crate::servo_table::alarms;
 

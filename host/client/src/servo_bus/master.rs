@@ -8,9 +8,9 @@
 use std::io;
 use std::time::{Duration, Instant};
 
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::morpheus::{self, HEADER};
-use armbridge_shared::servo::protocol1::Alarms;
+use armbridge_servo::Alarms;
+use armbridge_servo::Firmware;
+use armbridge_servo::morpheus::{self, HEADER};
 
 use super::diagnosis::{Diagnosis, Refusal};
 use super::line::Line;

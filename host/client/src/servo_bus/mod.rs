@@ -18,7 +18,7 @@
 //! | [`scan`]          | search for servos                                        |
 //!
 //! Accesses are slow, for a bus without a running control loop. Packets
-//! that block the receivers of Morpheus servos ([`armbridge_shared::servo::morpheus`]) are not
+//! that block the receivers of Morpheus servos ([`armbridge_servo::morpheus`]) are not
 //! sent; where a Protocol 1.0 packet could begin to look like one, the servos'
 //! receivers are flushed after it.
 

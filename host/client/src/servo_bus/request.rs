@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-use armbridge_shared::actuator::Pwm;
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::morpheus::safe_read::{self, Plan};
-use armbridge_shared::servo::morpheus::{Frame, MASTER, Request as Morpheus, ServoId, frame};
-use armbridge_shared::servo::protocol1::Instruction;
-use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
+use armbridge_servo::Firmware;
+use armbridge_servo::Pwm;
+use armbridge_servo::morpheus::safe_read::{self, Plan};
+use armbridge_servo::morpheus::{Frame, MASTER, Request as Morpheus, ServoId, frame};
+use armbridge_servo::protocol1::Instruction;
+use armbridge_servo::protocol1::frame::FRAME_MAX;
 
 use crate::servo_table::{Register, Storage};
 

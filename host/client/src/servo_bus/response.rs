@@ -1,9 +1,9 @@
 //! Received bytes of an exchange: echo, packets, and the rest.
 
-use armbridge_shared::servo::protocol::PacketError;
-use armbridge_shared::servo::protocol1::Alarms;
-use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
-use armbridge_shared::servo::{Firmware, ReplyParser};
+use armbridge_servo::Alarms;
+use armbridge_servo::protocol::PacketError;
+use armbridge_servo::protocol1::frame::FRAME_MAX;
+use armbridge_servo::{Firmware, ReplyParser};
 
 use super::diagnosis::{Diagnosis, REFUSING, Refusal};
 use super::request::Request;

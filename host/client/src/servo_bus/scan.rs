@@ -7,8 +7,8 @@
 use std::io;
 use std::ops::RangeInclusive;
 
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::protocol1::Alarms;
+use armbridge_servo::Alarms;
+use armbridge_servo::Firmware;
 
 use super::line::Line;
 use super::master::{BusError, BusMaster};

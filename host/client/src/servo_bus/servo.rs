@@ -10,8 +10,8 @@
 //! | `speed`    | of the motion, 1..=10 | present speed, without sign             |
 //! | `pwm`      | the PWM               | its low byte; the high byte is always 0 |
 
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::protocol1::Alarms;
+use armbridge_servo::Alarms;
+use armbridge_servo::Firmware;
 
 use super::diagnosis::Diagnosis;
 use super::line::Line;

@@ -1,6 +1,6 @@
 //! Names of a stock servo's alarms.
 
-use armbridge_shared::servo::protocol1::Alarms;
+use armbridge_servo::Alarms;
 
 /// Names, from bit 0 on (e-Manual, "Error").
 const NAMES: [&str; 7] = [

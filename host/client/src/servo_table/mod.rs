@@ -11,8 +11,8 @@ pub mod alarms;
 mod ax12a;
 mod morpheus;
 
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::protocol1::Alarms;
+use armbridge_servo::Alarms;
+use armbridge_servo::Firmware;
 pub use ax12a::AX12A;
 pub use morpheus::MORPHEUS;
 
@@ -236,7 +236,7 @@ impl fmt::Display for Shown {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armbridge_shared::servo::protocol1::register;
+    use armbridge_servo::protocol1::register;
 
     #[test]
     fn tables_are_in_order_and_in_themselves_consistent() {

@@ -3,7 +3,7 @@
 //! Eighteen bytes, of which the first eleven are EEPROM. Reading has traps: a
 //! read that begins in the EEPROM never reaches the RAM, and one whose first
 //! byte happens to be 0x83 blocks the receivers of the other servos
-//! ([`armbridge_shared::servo::morpheus`]).
+//! ([`armbridge_servo::morpheus`]).
 
 use super::Access::{Read, ReadWrite};
 use super::Size::{Byte, Word};

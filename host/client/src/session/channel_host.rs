@@ -5,8 +5,8 @@ use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
-use armbridge_shared::link::message::Command;
-use armbridge_shared::link::server::LinkRole;
+use armbridge_link::message::Command;
+use armbridge_link::server::LinkRole;
 
 use super::{Request, Session};
 use crate::error::SessionError;

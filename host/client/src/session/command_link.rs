@@ -6,9 +6,9 @@
 //! time; the acknowledgement of the last one is valid. `Busy` is ignored, and so is
 //! `EncoderUnknown` until [`ENCODER_REPEATS`] have not helped.
 
-use armbridge_shared::link::frame::{Decoder, Encoder, FrameError, Received};
-use armbridge_shared::link::message::{Command, Hello, Refusal, ToBoard, ToHost};
-use armbridge_shared::link::schema;
+use armbridge_link::frame::{Decoder, Encoder, FrameError, Received};
+use armbridge_link::message::{Command, Hello, Refusal, ToBoard, ToHost};
+use armbridge_link::schema;
 use serde::Serialize;
 
 /// Counts of a link's frames, most of which are records.

@@ -18,7 +18,7 @@
 //! # Times
 //!
 //! Each timeout of the hosts in this workspace is one of the constants below; the
-//! board's own are `Limits` in `armbridge_shared`.
+//! board's own are `Limits` in `armbridge_link`.
 
 pub mod channel_host;
 pub mod command_link;
@@ -28,8 +28,8 @@ pub use command_link::{BoardMessage, CommandLink, LinkStats};
 
 use std::collections::VecDeque;
 
-use armbridge_shared::link::message::{BoardReport, Command, Mode, Refusal, ToBoard, ToHost};
-use armbridge_shared::link::server::LinkRole;
+use armbridge_link::message::{BoardReport, Command, Mode, Refusal, ToBoard, ToHost};
+use armbridge_link::server::LinkRole;
 
 use crate::error::SessionError;
 use crate::status::BoardStatus;

@@ -8,10 +8,10 @@
 
 use std::time::{Duration, Instant};
 
-use armbridge_shared::link::frame::Encoder;
-use armbridge_shared::link::message::ToBoard;
-use armbridge_shared::link::schema;
-use armbridge_shared::link::server::{FromServer, ToServer};
+use armbridge_link::frame::Encoder;
+use armbridge_link::message::ToBoard;
+use armbridge_link::schema;
+use armbridge_link::server::{FromServer, ToServer};
 
 use super::clock::Clock;
 use super::link_filter::LinkFilter;

@@ -3,7 +3,7 @@
 use std::io;
 use std::time::Duration;
 
-use armbridge_shared::link::server::Program;
+use armbridge_link::server::Program;
 
 use super::LinkUri;
 use super::usb::UsbError;

@@ -2,8 +2,8 @@
 //!
 //! Bytes pass once their frame is complete, or too long to be one.
 
-use armbridge_shared::link::frame::{self, Decoder, Message};
-use armbridge_shared::link::server::FromServer;
+use armbridge_link::frame::{self, Decoder, Message};
+use armbridge_link::server::FromServer;
 
 /// Place of the direction in a frame, behind the first COBS code and the version, none of
 /// which is zero.
@@ -47,9 +47,9 @@ fn of_server(frame: &[u8]) -> Option<FromServer> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armbridge_shared::link::frame::Encoder;
-    use armbridge_shared::link::message::ToHost;
-    use armbridge_shared::link::schema;
+    use armbridge_link::frame::Encoder;
+    use armbridge_link::message::ToHost;
+    use armbridge_link::schema;
 
     #[test]
     fn only_whole_frames_of_the_server_are_taken_out() {

@@ -52,7 +52,7 @@ use std::path::PathBuf;
 use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
-use armbridge_shared::link::server::Touch;
+use armbridge_link::server::Touch;
 
 use crate::endpoint::Endpoint;
 use crate::{Host, Tap};

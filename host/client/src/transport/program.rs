@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use armbridge_shared::link::server::Program;
+use armbridge_link::server::Program;
 
 /// This program, as "armbridge run": its file, and its first argument unless that is an option.
 pub(super) fn this() -> Program {

@@ -7,7 +7,7 @@
 use std::io;
 use std::time::{Duration, Instant};
 
-use armbridge_shared::link::server::{LinkRole, ToServer};
+use armbridge_link::server::{LinkRole, ToServer};
 
 use super::{LinkUri, TransportError, program};
 

@@ -4,8 +4,8 @@
 
 use std::time::{Duration, Instant};
 
-use armbridge_shared::link::frame::Encoder;
-use armbridge_shared::link::server::{FromServer, ToServer, Touch, TouchRefusal};
+use armbridge_link::frame::Encoder;
+use armbridge_link::server::{FromServer, ToServer, Touch, TouchRefusal};
 
 use super::link_filter::LinkFilter;
 use super::{LinkUri, program};

@@ -9,7 +9,7 @@
 use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
-use armbridge_shared::link::frame;
+use armbridge_link::frame;
 use nusb::io::{EndpointRead, EndpointWrite};
 use nusb::transfer::{Bulk, Direction, In, Out};
 use nusb::{DeviceInfo, ErrorKind, Interface, MaybeFuture};

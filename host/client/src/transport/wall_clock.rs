@@ -13,7 +13,7 @@ use std::io;
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-use armbridge_shared::link::server::{FromServer, LinkRole, ToServer};
+use armbridge_link::server::{FromServer, LinkRole, ToServer};
 
 use super::clock::Clock;
 use super::disconnect_guard::Connection;

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 
 use armbridge_client::enum_names;
 use armbridge_client::simulation::TrueState;
-use armbridge_shared::link::message::{Guards, Record};
+use armbridge_link::message::{Guards, Record};
 
 /// A quantity of every tick.
 #[derive(Clone, Copy, Debug)]

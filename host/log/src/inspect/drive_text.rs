@@ -1,9 +1,9 @@
 //! Motions and experiments in words, with every number and its unit.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::experiment::Signal;
-use armbridge_shared::link::experiment::{Experiment, Role};
-use armbridge_shared::link::motion::{Motion, Via};
+use armbridge_control::experiment::Signal;
+use armbridge_link::experiment::{Experiment, Role};
+use armbridge_link::motion::{Motion, Via};
+use armbridge_servo::JOINTS;
 
 /// A motion, as `minimum-jerk to 0, 0 rad in 2 s`.
 pub(super) fn motion(motion: &Motion) -> String {

@@ -9,9 +9,7 @@ use std::path::{Path, PathBuf};
 
 use armbridge_client::event::{Event, EventKind};
 use armbridge_client::simulation::Push;
-use armbridge_shared::link::message::{
-    Command, Moment, Record, Refusal, Settings, ToBoard, ToHost,
-};
+use armbridge_link::message::{Command, Moment, Record, Refusal, Settings, ToBoard, ToHost};
 use mcap::records::op;
 
 use super::settings;

@@ -3,7 +3,7 @@
 
 use armbridge_client::params;
 use armbridge_client::params::Parameter;
-use armbridge_shared::link::message::Settings;
+use armbridge_link::message::Settings;
 use serde::Serialize;
 
 /// A setting with its name and unit.

@@ -1,7 +1,7 @@
 //! Messages of a log as events, states and pushes.
 
 use armbridge_client::event::{Event, EventKind};
-use armbridge_shared::link::message::ToHost;
+use armbridge_link::message::ToHost;
 use mcap::records::Record;
 use prost::Message as _;
 

@@ -2,7 +2,7 @@
 
 use armbridge_client::event::Event;
 use armbridge_client::simulation::{Push, TrueState};
-use armbridge_shared::link::message::Record;
+use armbridge_link::message::Record;
 
 use super::{Item, Reader};
 

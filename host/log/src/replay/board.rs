@@ -27,17 +27,17 @@ mod commands;
 
 use std::collections::VecDeque;
 
-use armbridge_shared::arm::State as ArmState;
-use armbridge_shared::bridge::app_core::{BusAction, BusFacts, Core, TickSamples};
-use armbridge_shared::control_loop::LoopConfig;
-use armbridge_shared::flow_token::FlowToken;
-use armbridge_shared::link::experiment::Conclusion;
-use armbridge_shared::link::message::{Drive, Fault, Mode, Record, Refusal, Settings, Trip};
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::master::Readiness;
-use armbridge_shared::servo::master::timing::tick_us;
-use armbridge_shared::servo::protocol1::Alarms;
-use armbridge_shared::supervisor::State;
+use armbridge_board::bridge::app_core::{BusAction, BusFacts, Core, TickSamples};
+use armbridge_board::control_loop::LoopConfig;
+use armbridge_board::flow_token::FlowToken;
+use armbridge_board::supervisor::State;
+use armbridge_control::arm::State as ArmState;
+use armbridge_link::experiment::Conclusion;
+use armbridge_link::message::{Drive, Fault, Mode, Record, Refusal, Settings, Trip};
+use armbridge_servo::Alarms;
+use armbridge_servo::Firmware;
+use armbridge_servo::master::Readiness;
+use armbridge_servo::master::timing::tick_us;
 
 use super::tick_facts::{HostEvent, is_off, planned_us};
 

@@ -3,8 +3,8 @@
 use std::fmt;
 
 use armbridge_client::enum_names;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Mode, Record};
+use armbridge_link::message::{Mode, Record};
+use armbridge_servo::JOINTS;
 use serde::Serialize;
 
 /// The first field of a tick that differs.

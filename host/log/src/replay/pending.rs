@@ -7,8 +7,8 @@
 
 use std::collections::VecDeque;
 
-use armbridge_shared::link::message::{Fault, Mode, Moment, Record, Refusal, Settings, Trip};
-use armbridge_shared::servo::Firmware;
+use armbridge_link::message::{Fault, Mode, Moment, Record, Refusal, Settings, Trip};
+use armbridge_servo::Firmware;
 
 use super::tick_facts::is_external;
 

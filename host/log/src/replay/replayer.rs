@@ -6,10 +6,10 @@ mod conclusions;
 
 use std::collections::{BTreeMap, HashMap};
 
+use armbridge_board::control_loop::reference::StartPoint;
 use armbridge_client::event::{Direction, Event, EventKind};
 use armbridge_client::refusal_text;
-use armbridge_shared::control_loop::reference::StartPoint;
-use armbridge_shared::link::message::{Command, Mode, Record, Refusal, Settings, ToBoard, ToHost};
+use armbridge_link::message::{Command, Mode, Record, Refusal, Settings, ToBoard, ToHost};
 
 use self::conclusions::Conclusions;
 use super::board::Board;

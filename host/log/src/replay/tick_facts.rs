@@ -1,7 +1,7 @@
 //! Facts that the replay reads from one record.
 
-use armbridge_shared::actuator::Pwm;
-use armbridge_shared::link::message::{Fault, Record};
+use armbridge_link::message::{Fault, Record};
+use armbridge_servo::Pwm;
 
 /// Whether a fault has a cause that no record shows. Such a fault is replayed by
 /// `Board::trip`; the others are decided again.

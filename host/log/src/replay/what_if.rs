@@ -10,8 +10,8 @@ use std::fmt;
 
 use armbridge_client::params;
 use armbridge_client::params::ParameterError;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Mode, Record, Settings};
+use armbridge_link::message::{Mode, Record, Settings};
+use armbridge_servo::JOINTS;
 use serde::Serialize;
 use toml::Value;
 

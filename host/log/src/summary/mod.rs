@@ -23,8 +23,8 @@ pub use tally::{Settling, Tally};
 use std::collections::BTreeMap;
 
 use armbridge_client::LinkStats;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{PortCounters, Record, Trip};
+use armbridge_link::message::{PortCounters, Record, Trip};
+use armbridge_servo::JOINTS;
 use serde::Serialize;
 
 use crate::run_info::RunFacts;

@@ -1,8 +1,8 @@
 //! Pushes on a simulated arm, and the recovery from each.
 
 use armbridge_client::simulation::Push;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Drive, Record};
+use armbridge_link::message::{Drive, Record};
+use armbridge_servo::JOINTS;
 use serde::Serialize;
 
 use super::segments::{SETTLED_RAD, STEADY_US, is_at};

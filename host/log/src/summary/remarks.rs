@@ -2,8 +2,8 @@
 
 use armbridge_client::enum_names;
 use armbridge_client::number_text::beside_limit;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::Fault;
+use armbridge_link::message::Fault;
+use armbridge_servo::JOINTS;
 
 use super::{Cause, Summary};
 

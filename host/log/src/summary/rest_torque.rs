@@ -4,8 +4,8 @@
 //! are driven to and fro in every tick. The arm rests from [`STEADY_S`](super::STEADY_S) after
 //! its setpoint changed or it was pushed.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Guards, Record};
+use armbridge_link::message::{Guards, Record};
+use armbridge_servo::JOINTS;
 use serde::Serialize;
 
 use crate::run_info::RunFacts;

@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use armbridge_client::simulation::Push;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Drive, Record};
+use armbridge_link::message::{Drive, Record};
+use armbridge_servo::JOINTS;
 use serde::Serialize;
 
 use crate::run_info::RunFacts;

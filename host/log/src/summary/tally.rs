@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use armbridge_client::LinkStats;
 use armbridge_client::enum_names;
 use armbridge_client::simulation::Push;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Drive, Fault, Record, Sample};
+use armbridge_link::message::{Drive, Fault, Record, Sample};
+use armbridge_servo::JOINTS;
 
 use super::pushes::PushTally;
 use super::rest_torque::RestTorqueTally;
@@ -275,8 +275,8 @@ impl Tally {
     }
 }
 
-impl From<&armbridge_shared::link::message::Trip> for Cause {
-    fn from(trip: &armbridge_shared::link::message::Trip) -> Self {
+impl From<&armbridge_link::message::Trip> for Cause {
+    fn from(trip: &armbridge_link::message::Trip) -> Self {
         Self {
             tick: trip.tick,
             joint: trip.joint.map(|joint| joint.saturating_add(1)),

@@ -9,7 +9,7 @@ use std::io::{self, BufReader, Read, Write};
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
 
-use armbridge_shared::lockstep::{HEADER_LEN, MESSAGE_MAX, PayloadLens, TimeGrant, TimeRequest};
+use armbridge_board::lockstep::{HEADER_LEN, MESSAGE_MAX, PayloadLens, TimeGrant, TimeRequest};
 
 use super::qemu::{ProcessEnd, Qemu, QemuError};
 use crate::board::{Board, Input, Output, Wake};

@@ -8,7 +8,7 @@
 //! | control link     | UART0, a socket                     | QEMU's standard input and output |
 //! | servo bus        | UART1, a socket                     | the same              |
 //! | transparent port | UART2, a socket                     | the same              |
-//! | lockstep         |                                     | the same, see [`armbridge_shared::lockstep`] |
+//! | lockstep         |                                     | the same, see [`armbridge_board::lockstep`] |
 //! | log              | semihosting console, a socket       | semihosting console, a socket |
 //!
 //! In lockstep the firmware's drivers of those UARTs are bypassed, because QEMU needs

@@ -1,11 +1,11 @@
 //! Activities: the board's work when a fault comes.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::control::trajectory::WAYPOINTS_MAX;
-use armbridge_shared::experiment::Signal;
-use armbridge_shared::link::experiment::{Experiment, Role};
-use armbridge_shared::link::message::Command;
-use armbridge_shared::link::motion::{Motion, Via};
+use armbridge_control::experiment::Signal;
+use armbridge_control::trajectory::WAYPOINTS_MAX;
+use armbridge_link::experiment::{Experiment, Role};
+use armbridge_link::message::Command;
+use armbridge_link::motion::{Motion, Via};
+use armbridge_servo::JOINTS;
 use serde::Serialize;
 
 /// Torque in N m that dry friction holds, near upright.

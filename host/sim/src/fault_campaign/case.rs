@@ -4,12 +4,12 @@
 //! that any sequence of seeds covers all evenly: 58 kinds in twelve activities are 696
 //! singles, and there are 1653 pairs. All other properties are random.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Direction;
-use armbridge_shared::arm::State;
-use armbridge_shared::control_loop::limits::CHECK_PERIOD_MAX_US;
-use armbridge_shared::link::message::{Command, Limits, Setup};
-use armbridge_shared::servo::Firmware;
+use armbridge_board::control_loop::limits::CHECK_PERIOD_MAX_US;
+use armbridge_control::actuator::Direction;
+use armbridge_control::arm::State;
+use armbridge_link::message::{Command, Limits, Setup};
+use armbridge_servo::Firmware;
+use armbridge_servo::JOINTS;
 use nalgebra::Vector2;
 use serde::Serialize;
 

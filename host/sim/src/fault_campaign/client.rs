@@ -1,6 +1,6 @@
 //! Client of the transparent port in a case: it drives both motors, and goes wrong.
 
-use armbridge_shared::servo::Firmware;
+use armbridge_servo::Firmware;
 
 use crate::faults::port_client::{ClientHandle, ClientStep, Method};
 

@@ -7,13 +7,13 @@ use std::convert::Infallible;
 
 use armbridge_client::Host;
 use armbridge_client::session::{BoardMessage, CommandLink};
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::frame::Encoder;
-use armbridge_shared::link::message::{
+use armbridge_link::frame::Encoder;
+use armbridge_link::message::{
     BoardReport, Command, Hello, Limits, Mode, OffReport, Record, Refusal, Settings, ToBoard,
     ToHost, Trip,
 };
-use armbridge_shared::link::schema;
+use armbridge_link::schema;
+use armbridge_servo::JOINTS;
 
 use super::activity::Activity;
 use super::case::Case;

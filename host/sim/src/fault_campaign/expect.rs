@@ -10,9 +10,9 @@ use Fault::{
     HostSilent, JointsSwapped, MotorDirection, Overrun, PwmLimit, SamplesLost, SamplesRare,
     ServoAlarm, ServoReset, ServoSilent, SpeedLimit, Stuck, Temperature, TorqueLimit, TorqueRate,
 };
-use armbridge_shared::control_loop::limits::CHECK_PERIOD_MAX_US;
-use armbridge_shared::link::message::{Fault, Refusal, StopSource};
-use armbridge_shared::servo::Firmware;
+use armbridge_board::control_loop::limits::CHECK_PERIOD_MAX_US;
+use armbridge_link::message::{Fault, Refusal, StopSource};
+use armbridge_servo::Firmware;
 
 use super::case::Case;
 use super::injection::{Injection, Origin};

@@ -1,11 +1,11 @@
 //! Fixture of a case: board, bench, host and client.
 
+use armbridge_board::bridge::{BridgeEnd, LinkEnd, SERVO_IDS, gateway::PortEnd};
+use armbridge_board::store::Store;
 use armbridge_client::refusal_text;
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::State;
-use armbridge_shared::bridge::{BridgeEnd, LinkEnd, SERVO_IDS, gateway::PortEnd};
-use armbridge_shared::link::message::{Mode, Settings};
-use armbridge_shared::store::Store;
+use armbridge_control::arm::State;
+use armbridge_link::message::{Mode, Settings};
+use armbridge_servo::JOINTS;
 
 use super::activity::Activity;
 use super::case::Case;

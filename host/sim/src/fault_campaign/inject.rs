@@ -1,7 +1,7 @@
 //! Injection of each kind of fault into a fixture, its end, and the repair of all.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::bridge::MemoryRegion;
+use armbridge_board::bridge::MemoryRegion;
+use armbridge_servo::JOINTS;
 
 use super::driver::HostFault;
 use super::fixture::{Fixture, THIRD};

@@ -1,6 +1,6 @@
 //! An injected fault of a case: its time and magnitude.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use serde::Serialize;
 
 use super::draw::Random;

@@ -1,9 +1,9 @@
 //! Invalid commands: numbers that a board must refuse.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::experiment::Signal;
-use armbridge_shared::link::experiment::{Experiment, Role};
-use armbridge_shared::link::message::{Command, Limits, Setup};
+use armbridge_control::experiment::Signal;
+use armbridge_link::experiment::{Experiment, Role};
+use armbridge_link::message::{Command, Limits, Setup};
+use armbridge_servo::JOINTS;
 
 /// The command of this turn; they are sent in rotation.
 pub(super) fn out_of_range(turn: usize) -> Command {

@@ -7,8 +7,8 @@
 //! cannot know it must not report. Of two servos with one id it hears either, and can know of
 //! neither: their reports are not judged. "Unconfirmed" and "out of reach" claim nothing.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Mode, OffReport, OffState};
+use armbridge_link::message::{Mode, OffReport, OffState};
+use armbridge_servo::JOINTS;
 
 use super::case::Case;
 use super::fixture::Fixture;

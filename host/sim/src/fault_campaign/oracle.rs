@@ -10,8 +10,8 @@
 //! from power-up to the end.
 
 use armbridge_client::enum_names;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Drive, Fault, Mode, SettingsFrom};
+use armbridge_link::message::{Drive, Fault, Mode, SettingsFrom};
+use armbridge_servo::JOINTS;
 
 use super::case::Case;
 use super::expect;

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 
 use super::injection::Injection;
 use super::kind::Kind;

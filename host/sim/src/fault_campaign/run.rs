@@ -2,8 +2,8 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use armbridge_board::bridge::Channels;
 use armbridge_client::event::Event;
-use armbridge_shared::bridge::Channels;
 
 use super::case::Case;
 use super::fixture::Fixture;

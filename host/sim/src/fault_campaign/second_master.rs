@@ -1,8 +1,8 @@
 //! A second master on the servo bus, which knows nothing of the board: it drives, asks and
 //! sends garbage, one packet at a time.
 
-use armbridge_shared::bridge::SERVO_IDS;
-use armbridge_shared::servo::Firmware;
+use armbridge_board::bridge::SERVO_IDS;
+use armbridge_servo::Firmware;
 
 use super::draw::Random;
 use crate::faults::port_client::Method;

@@ -5,12 +5,12 @@
 
 use std::fmt;
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::estimate::Config;
-use armbridge_shared::link::message::{Controller, Gains, Setup};
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::master::Readiness;
-use armbridge_shared::servo::master::timing::tick_us;
+use armbridge_control::estimate::Config;
+use armbridge_link::message::{Controller, Gains, Setup};
+use armbridge_servo::Firmware;
+use armbridge_servo::JOINTS;
+use armbridge_servo::master::Readiness;
+use armbridge_servo::master::timing::tick_us;
 use serde::Serialize;
 
 /// Estimator and controller.
@@ -153,8 +153,8 @@ impl fmt::Display for SetUp {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armbridge_shared::bridge::settings_refusal;
-    use armbridge_shared::link::message::Settings;
+    use armbridge_board::bridge::settings_refusal;
+    use armbridge_link::message::Settings;
 
     #[test]
     fn every_set_up_is_accepted_and_has_a_bus() {

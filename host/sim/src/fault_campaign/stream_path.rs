@@ -1,8 +1,8 @@
 //! Path of the campaign's streams: from where the arm is to a target and back, again and again,
 //! from rest. A board refuses a stream that it cannot join from there.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Drive, Record};
+use armbridge_link::message::{Drive, Record};
+use armbridge_servo::JOINTS;
 
 /// Frequency in Hz.
 const STREAM_HZ: f64 = 0.5;

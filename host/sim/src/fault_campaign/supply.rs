@@ -13,9 +13,9 @@
 //!
 //! Bounds have [`Case::stop_us`] beside them, for the ticks of a slow bus.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::bridge::supply::{CONFIRM_US, SupplyPermission};
-use armbridge_shared::link::message::{Fault, Mode};
+use armbridge_board::bridge::supply::{CONFIRM_US, SupplyPermission};
+use armbridge_link::message::{Fault, Mode};
+use armbridge_servo::JOINTS;
 
 use super::case::Case;
 use super::fixture::Fixture;

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use armbridge_client::enum_names;
-use armbridge_shared::link::message::Mode;
+use armbridge_link::message::Mode;
 
 use super::case::Case;
 use super::expect;

@@ -27,8 +27,8 @@
 //! be reached, with what follows from it within [`AFTERMATH_US`]: a servo keeps its last
 //! command.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Drive, Mode, Record};
+use armbridge_link::message::{Drive, Mode, Record};
+use armbridge_servo::JOINTS;
 
 use super::case::Case;
 use super::fixture::Fixture;

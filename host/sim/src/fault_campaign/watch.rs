@@ -4,11 +4,11 @@
 use std::ops::Range;
 
 use armbridge_client::event::{Direction, Event, LinkDecoder};
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Pwm;
-use armbridge_shared::link::board::HELLO_BITS;
-use armbridge_shared::link::frame::Decoder;
-use armbridge_shared::link::message::{BoardReport, End, LastEnd, Mode, OffReport, Record, ToHost};
+use armbridge_link::board::HELLO_BITS;
+use armbridge_link::frame::Decoder;
+use armbridge_link::message::{BoardReport, End, LastEnd, Mode, OffReport, Record, ToHost};
+use armbridge_servo::JOINTS;
+use armbridge_servo::Pwm;
 
 use super::fixture::Ends;
 use crate::board::{Board, Input, Output, VirtualBoard, Wake};
@@ -202,9 +202,9 @@ fn sent_deviations(bytes: &[u8]) -> impl Iterator<Item = u16> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armbridge_shared::bridge::SERVO_IDS;
-    use armbridge_shared::servo::morpheus::Request;
-    use armbridge_shared::servo::protocol1::{BROADCAST, Instruction};
+    use armbridge_board::bridge::SERVO_IDS;
+    use armbridge_servo::morpheus::Request;
+    use armbridge_servo::protocol1::{BROADCAST, Instruction};
 
     #[test]
     fn pwm_packets_are_decoded() {

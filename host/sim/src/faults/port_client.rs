@@ -5,10 +5,10 @@ use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use armbridge_shared::bridge::gateway::ClientLine;
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::morpheus;
-use armbridge_shared::servo::protocol1::{BROADCAST, Instruction};
+use armbridge_board::bridge::gateway::ClientLine;
+use armbridge_servo::Firmware;
+use armbridge_servo::morpheus;
+use armbridge_servo::protocol1::{BROADCAST, Instruction};
 
 use crate::cosim::PortClient;
 

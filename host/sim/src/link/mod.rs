@@ -18,11 +18,11 @@ pub use virtual_board::run as drive_board;
 
 use std::sync::mpsc::Receiver;
 
+use armbridge_board::bridge::Channels;
 use armbridge_client::transport::stop_socket::StopRelay;
 use armbridge_client::transport::{self, LinkOptions};
 use armbridge_client::{Host, LinkError, refusal_text, stdio};
-use armbridge_shared::bridge::Channels;
-use armbridge_shared::link::message::Refusal;
+use armbridge_link::message::Refusal;
 
 use crate::Bench;
 use crate::board::VirtualBoard;

@@ -6,8 +6,8 @@
 
 use std::mem::{Discriminant, discriminant};
 
-use armbridge_shared::link::message::{Mode, ToHost};
-use armbridge_shared::link::schema;
+use armbridge_link::message::{Mode, ToHost};
+use armbridge_link::schema;
 
 /// Latest message of each kind that outlasts its tick, oldest first.
 #[derive(Debug, Default)]
@@ -62,9 +62,9 @@ fn kind(message: &ToHost) -> (Option<Discriminant<ToHost>>, u8) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armbridge_shared::link::message::Record;
-    use armbridge_shared::link::mode::{Fault, StopSource, Trip};
-    use armbridge_shared::servo::{Firmware, Missing};
+    use armbridge_link::message::Record;
+    use armbridge_link::mode::{Fault, StopSource, Trip};
+    use armbridge_servo::{Firmware, Missing};
 
     #[test]
     fn a_watcher_is_told_what_is_so_now() {

@@ -2,9 +2,9 @@
 
 use std::net::TcpStream;
 
-use armbridge_shared::link::frame::{Decoder, Encoder};
-use armbridge_shared::link::message::ToHost;
-use armbridge_shared::link::server::{FromServer, LinkRole, Program};
+use armbridge_link::frame::{Decoder, Encoder};
+use armbridge_link::message::ToHost;
+use armbridge_link::server::{FromServer, LinkRole, Program};
 
 use super::outbox::Outbox;
 use super::touching::Touching;

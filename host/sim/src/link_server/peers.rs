@@ -14,7 +14,7 @@
 //! that has joined as an observer: it remains a watcher. A board without a session sends no
 //! records, so the server itself says hello to it for watchers without a commander.
 //!
-//! Messages to the server end here: see [`armbridge_shared::link::server`]. The server informs
+//! Messages to the server end here: see [`armbridge_link::server`]. The server informs
 //! each program that has joined, and every watcher, which program commands, and of each change.
 //!
 //! # Bounds
@@ -27,10 +27,10 @@
 use std::io;
 use std::net::TcpListener;
 
-use armbridge_shared::link::frame::{self, Decoder, Encoder, FrameError, Received};
-use armbridge_shared::link::message::{Refusal, ToBoard, ToHost};
-use armbridge_shared::link::schema;
-use armbridge_shared::link::server::{FromServer, Program, ToServer};
+use armbridge_link::frame::{self, Decoder, Encoder, FrameError, Received};
+use armbridge_link::message::{Refusal, ToBoard, ToHost};
+use armbridge_link::schema;
+use armbridge_link::server::{FromServer, Program, ToServer};
 
 use super::POLL_US;
 use super::latest::Latest;

@@ -6,8 +6,8 @@
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-use armbridge_shared::link::message::ToHost;
-use armbridge_shared::link::server::{Touch, TouchRefusal};
+use armbridge_link::message::ToHost;
+use armbridge_link::server::{Touch, TouchRefusal};
 
 use crate::cosim::Interaction;
 

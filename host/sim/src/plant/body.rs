@@ -27,8 +27,8 @@
 
 mod friction;
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::{Parameters, Posture, State};
+use armbridge_control::arm::{Parameters, Posture, State};
+use armbridge_servo::JOINTS;
 use nalgebra::Vector2;
 
 pub use friction::Friction;

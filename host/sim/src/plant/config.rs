@@ -2,9 +2,10 @@
 
 use core::f64::consts::FRAC_PI_2;
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::{Joint, Pwm};
-use armbridge_shared::arm::{Parameters, State};
+use armbridge_control::actuator::Joint;
+use armbridge_control::arm::{Parameters, State};
+use armbridge_servo::JOINTS;
+use armbridge_servo::Pwm;
 use nalgebra::Vector2;
 
 use super::body::Friction;

@@ -3,9 +3,9 @@
 //! Each number that identification estimates is drawn independently, for each joint and
 //! each direction. The result depends only on the seed.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::{Direction, Joint};
-use armbridge_shared::arm::Parameters;
+use armbridge_control::actuator::{Direction, Joint};
+use armbridge_control::arm::Parameters;
+use armbridge_servo::JOINTS;
 use rand_distr::{Distribution, StandardUniform, Uniform};
 use rand_pcg::Pcg32;
 

@@ -17,8 +17,8 @@ use std::path::Path;
 use armbridge_client::params;
 use armbridge_client::toml_file;
 use armbridge_client::toml_file::{Document, DocumentError};
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::{Mounting, Parameters, State};
+use armbridge_control::arm::{Mounting, Parameters, State};
+use armbridge_servo::JOINTS;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 

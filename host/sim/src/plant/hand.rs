@@ -6,7 +6,7 @@
 //! `q0 + (q1 - q0) (10 s^3 - 15 s^4 + 6 s^5)` with `s` from 0 to 1, whose speed peaks at
 //! 1.875 times the mean.
 
-use armbridge_shared::arm::State;
+use armbridge_control::arm::State;
 use nalgebra::Vector2;
 
 /// A motion of a hand.

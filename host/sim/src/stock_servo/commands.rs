@@ -1,9 +1,8 @@
 //! Instructions: execution, reply, and timing.
 
-use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
-use armbridge_shared::servo::protocol1::{
-    Alarms, BROADCAST, Frame, Instruction, Status, SyncBlocks,
-};
+use armbridge_servo::Alarms;
+use armbridge_servo::protocol1::frame::FRAME_MAX;
+use armbridge_servo::protocol1::{BROADCAST, Frame, Instruction, Status, SyncBlocks};
 
 use super::memory::{at, eeprom_bytes};
 use super::{Ax12a, EEPROM_BYTE_NS};

@@ -7,7 +7,7 @@
 use std::ops::RangeInclusive;
 
 use armbridge_client::servo_table::{AX12A, Access, Register, Storage};
-use armbridge_shared::servo::protocol1::Alarms;
+use armbridge_servo::Alarms;
 
 /// Bytes of the table.
 pub(super) const SIZE: usize = AX12A.size as usize;

@@ -53,7 +53,8 @@ mod tests;
 mod transmitter;
 
 use armbridge_client::servo_table::AX12A;
-use armbridge_shared::servo::protocol1::{Alarms, BROADCAST, PacketError};
+use armbridge_servo::Alarms;
+use armbridge_servo::protocol1::{BROADCAST, PacketError};
 
 use super::morpheus_servo::{Action, Reading};
 use commands::{Deferred, Packet, Write};

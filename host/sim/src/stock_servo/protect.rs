@@ -19,7 +19,7 @@
 //! goes from 25 to 70 degrees in 150 s, and half duty is about its continuous
 //! rating.
 
-use armbridge_shared::servo::protocol1::Alarms;
+use armbridge_servo::Alarms;
 
 use super::memory::{Memory, at};
 use super::motor::{FULL, Output};

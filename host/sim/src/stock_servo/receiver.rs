@@ -1,7 +1,7 @@
 //! Decoder of instruction packets.
 
-use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
-use armbridge_shared::servo::protocol1::{Frame, PacketError, Parser};
+use armbridge_servo::protocol1::frame::FRAME_MAX;
+use armbridge_servo::protocol1::{Frame, PacketError, Parser};
 
 /// A pause inside a packet after which it is dropped (e-Manual, "Protocol 1.0").
 const PAUSE_MAX_NS: u64 = 100_000_000;

@@ -5,8 +5,9 @@ mod garbage;
 mod motion;
 mod timing;
 
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::protocol1::{Alarms, BROADCAST, Instruction};
+use armbridge_servo::Alarms;
+use armbridge_servo::Firmware;
+use armbridge_servo::protocol1::{BROADCAST, Instruction};
 
 use crate::Bench;
 use crate::half_duplex_bus::ReceivedByte;

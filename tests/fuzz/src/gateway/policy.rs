@@ -1,10 +1,10 @@
 //! Treatment of a packet while servos 1 and 2 are under control.
 
-use armbridge_shared::bridge::gateway::{BusQuery, PendingRequest, Progress, Verdict, decide};
-use armbridge_shared::sequencer::TimeBudget;
-use armbridge_shared::servo::morpheus::{self, MASTER, ServoId};
-use armbridge_shared::servo::protocol1::{self, BROADCAST, Frame, Instruction, Status, SyncBlocks};
-use armbridge_shared::servo::{ClientRequest, Firmware};
+use armbridge_board::bridge::gateway::{BusQuery, PendingRequest, Progress, Verdict, decide};
+use armbridge_board::sequencer::TimeBudget;
+use armbridge_servo::morpheus::{self, MASTER, ServoId};
+use armbridge_servo::protocol1::{self, BROADCAST, Frame, Instruction, Status, SyncBlocks};
+use armbridge_servo::{ClientRequest, Firmware};
 
 const CONTROLLED: [u8; 2] = [1, 2];
 /// Positions that the loop has read: none of the second servo.

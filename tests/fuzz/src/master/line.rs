@@ -5,13 +5,14 @@ use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::rc::Rc;
 
-use armbridge_shared::link::message::Sample;
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::master::{ExpectedReply, Outcome, Payload, Transaction};
-use armbridge_shared::servo::morpheus::{HEADER, MASTER, checksum};
-use armbridge_shared::servo::port::SetBaud;
-use armbridge_shared::servo::protocol1::frame::{self, FRAME_MAX};
-use armbridge_shared::servo::protocol1::{Alarms, Status};
+use armbridge_link::message::Sample;
+use armbridge_servo::Alarms;
+use armbridge_servo::Firmware;
+use armbridge_servo::master::{ExpectedReply, Outcome, Payload, Transaction};
+use armbridge_servo::morpheus::{HEADER, MASTER, checksum};
+use armbridge_servo::port::SetBaud;
+use armbridge_servo::protocol1::Status;
+use armbridge_servo::protocol1::frame::{self, FRAME_MAX};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal_nb::serial::{self, ErrorKind};
 

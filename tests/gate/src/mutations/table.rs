@@ -60,11 +60,11 @@ const LONG_PACKET: &str =
 const PUSHED_BEYOND: &str =
     "torque_off::limits::an_arm_that_is_pushed_beyond_its_angle_limit_is_off_within_two_ticks";
 
-const ENCODER_PROOF: &str = "shared/src/control_loop/monitors/encoder_proof.rs";
-const FORCE_OFF: &str = "shared/src/sequencer/force_off.rs";
-const MONITORS: &str = "shared/src/control_loop/monitors/mod.rs";
-const SUPPLY: &str = "shared/src/bridge/supply.rs";
-const TIME_OUT: &str = "shared/src/control_loop/time_out.rs";
+const ENCODER_PROOF: &str = "shared/board/src/control_loop/monitors/encoder_proof.rs";
+const FORCE_OFF: &str = "shared/board/src/sequencer/force_off.rs";
+const MONITORS: &str = "shared/board/src/control_loop/monitors/mod.rs";
+const SUPPLY: &str = "shared/board/src/bridge/supply.rs";
+const TIME_OUT: &str = "shared/board/src/control_loop/time_out.rs";
 
 /// All mutations.
 pub(super) const MUTATIONS: &[Mutation] = &[
@@ -120,49 +120,49 @@ pub(super) const MUTATIONS: &[Mutation] = &[
     },
     Mutation {
         name: "angle limit dropped",
-        file: "shared/src/control_loop/monitors/motion.rs",
+        file: "shared/board/src/control_loop/monitors/motion.rs",
         find: "if angle > limits.angle_rad {",
         replacement: "if angle > f32::INFINITY {",
         judge: Test(PUSHED_BEYOND),
     },
     Mutation {
         name: "direction test of the motors dropped",
-        file: "shared/src/control_loop/motor_check.rs",
+        file: "shared/board/src/control_loop/motor_check.rs",
         find: "if ratio < -MOVED {",
         replacement: "if ratio < f32::NEG_INFINITY {",
         judge: Campaign(TORQUE_SIGN),
     },
     Mutation {
         name: "motor check dropped",
-        file: "shared/src/bridge/app_core/commands.rs",
+        file: "shared/board/src/bridge/app_core/commands.rs",
         find: "let is_check_due = !self.are_motors_checked",
         replacement: "let is_check_due = false && !self.are_motors_checked",
         judge: Campaign(TORQUE_SIGN),
     },
     Mutation {
         name: "fault not latched",
-        file: "shared/src/supervisor/mod.rs",
+        file: "shared/board/src/supervisor/mod.rs",
         find: "self.word = State::Fault.word();",
         replacement: "",
         judge: Campaign(ALL),
     },
     Mutation {
         name: "goodbye does not disarm",
-        file: "shared/src/bridge/requests.rs",
+        file: "shared/board/src/bridge/requests.rs",
         find: "signals.goodbye && !signals.hello",
         replacement: "false && signals.goodbye",
         judge: Campaign(GOODBYE),
     },
     Mutation {
         name: "torque limit not applied",
-        file: "shared/src/control_loop/monitors/torque.rs",
+        file: "shared/board/src/control_loop/monitors/torque.rs",
         find: "let in_limit = |torque| within(torque, -limit, limit);",
         replacement: "let in_limit = |torque: f32| torque;",
         judge: Campaign(PUSHED),
     },
     Mutation {
         name: "PWM limit not applied",
-        file: "shared/src/control_loop/motor_command.rs",
+        file: "shared/board/src/control_loop/motor_command.rs",
         find: "let pwm_max = config.limits().pwm_counts;",
         replacement: "let pwm_max = 1_000;",
         judge: Test(LARGEST_PWM),
@@ -190,7 +190,7 @@ pub(super) const MUTATIONS: &[Mutation] = &[
     },
     Mutation {
         name: "temperature ignored",
-        file: "shared/src/bridge/bus_events.rs",
+        file: "shared/board/src/bridge/bus_events.rs",
         find: "if let (Some(violation), true) = (violation, self.core.state().is_armed()) {",
         replacement: "if let (Some(violation), true) = (violation, false) {",
         judge: Test(HOT_SERVO),

@@ -5,7 +5,7 @@
 //! eigenvector of the logs' information matrix with a small eigenvalue is then an
 //! unidentifiable direction, described by its largest components.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use nalgebra::{DMatrix, SMatrix};
 use serde::Serialize;
 
@@ -228,7 +228,7 @@ fn fixed_by(components: &[(usize, f64)], prior: &Prior) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armbridge_shared::link::message::Setup;
+    use armbridge_link::message::Setup;
     use nalgebra::SVector;
 
     #[test]

@@ -25,7 +25,7 @@ pub use whiteness::Whiteness;
 pub(super) use identifiability::correlation_matrix;
 pub(super) use rollout::rollout;
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use nalgebra::SMatrix;
 use serde::Serialize;
 

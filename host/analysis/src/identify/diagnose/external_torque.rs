@@ -4,7 +4,7 @@
 //! is compared with motor, gravity and friction. At rest or at a reversal, dry friction may
 //! have any value up to its maximum.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 
 use super::super::arm::{JointModel, KnownParameters};
 use super::super::dataset::{LINEAR_PWM_COUNTS, NEUTRAL, Trace};

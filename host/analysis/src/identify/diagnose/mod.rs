@@ -19,7 +19,7 @@ pub use tally::{JointTally, Tally};
 
 pub(super) use bump::Bump;
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 
 use super::arm::KnownParameters;
 use super::cost::WindowFit;

@@ -4,7 +4,7 @@
 //! arm (friction in either direction, gravity) and on the PWM of one motor or of the other.
 //! The motor that explains more drives the joint.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::arm::KnownParameters;

@@ -1,8 +1,8 @@
 //! Tally of ticks: recorded, with an angle, at a limit.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::limits::Limits;
-use armbridge_shared::link::message::Record;
+use armbridge_link::limits::Limits;
+use armbridge_link::message::Record;
+use armbridge_servo::JOINTS;
 
 use super::super::dataset::Trace;
 use super::super::record::END_COUNTS;

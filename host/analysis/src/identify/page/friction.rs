@@ -1,7 +1,7 @@
 //! Figure of friction against speed: torque of the motor less gravity and inertia over short
 //! segments in which a joint slides, and the estimated curve.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 
 use super::super::arm::{JointModel, KnownParameters};
 use super::super::checks::Checks;

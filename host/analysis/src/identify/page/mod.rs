@@ -9,7 +9,7 @@ mod windows;
 use std::path::{Path, PathBuf};
 
 use armbridge_log::output_file::Existing;
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 
 use super::arm::KnownParameters;
 use super::checks::Checks;

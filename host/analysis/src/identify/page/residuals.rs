@@ -1,6 +1,6 @@
 //! Figure of the residuals: root mean square of each window over time, and autocorrelation.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 
 use super::super::checks::{Checks, Whiteness};
 use super::super::fit_result::FitResult;

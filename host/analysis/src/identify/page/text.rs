@@ -1,7 +1,7 @@
 //! Text of the report.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::Setup;
+use armbridge_link::message::Setup;
+use armbridge_servo::JOINTS;
 use maud::{Markup, html};
 
 use super::super::checks::Checks;

@@ -13,7 +13,7 @@ mod breakaway;
 mod likelihood;
 mod rest;
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use nalgebra::{SMatrix, SVector};
 
 use super::arm::KnownParameters;

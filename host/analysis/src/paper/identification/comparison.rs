@@ -1,7 +1,7 @@
 //! Comparison of the paper's fits of both experiments, which give two values of b1, with fits
 //! that include dry friction, which give one.
 
-use armbridge_shared::arm::Parameters;
+use armbridge_control::arm::Parameters;
 use serde::Serialize;
 
 use super::experiment_fits::{ExperimentError, FallFits, FrictionModel, PushFits, combined_fit};

@@ -102,7 +102,7 @@ mod tests {
         VirtualArm, fit,
     };
     use super::*;
-    use armbridge_shared::arm::Parameters;
+    use armbridge_control::arm::Parameters;
 
     fn form(fall: &SampledExperiment) -> FormCheck {
         let fall = std::slice::from_ref(fall);

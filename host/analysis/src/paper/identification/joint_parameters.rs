@@ -8,7 +8,7 @@
 //! stiffness of gravity about upright; the last term is dry friction, which the paper
 //! leaves out.
 
-use armbridge_shared::arm::Parameters;
+use armbridge_control::arm::Parameters;
 use nalgebra::Vector2;
 use serde::Serialize;
 

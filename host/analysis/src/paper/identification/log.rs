@@ -5,9 +5,9 @@
 //! which that PWM is in force and end with the last: when the experiment
 //! ends, or a guard brakes. Before, the arm is at rest, and its encoder gives the start angle.
 
+use armbridge_link::message::{Drive, Guards, Record};
 use armbridge_log::run_info::RunFacts;
-use armbridge_shared::actuator::Pwm;
-use armbridge_shared::link::message::{Drive, Guards, Record};
+use armbridge_servo::Pwm;
 
 use super::sampled_experiment::{ExperimentKind, InitialState, SampledExperiment};
 

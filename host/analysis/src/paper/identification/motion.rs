@@ -164,8 +164,8 @@ impl<D: DualNum<Primitive = f64> + Copy> Motion<'_, D> {
 mod tests {
     use super::super::joint_parameters::{COUNT, Unknown};
     use super::*;
-    use armbridge_shared::JOINTS;
-    use armbridge_shared::arm::{Parameters, State};
+    use armbridge_control::arm::{Parameters, State};
+    use armbridge_servo::JOINTS;
     use armbridge_sim::plant::{Body, Friction};
     use nalgebra::Vector2;
     use num_dual::DualSVec64;

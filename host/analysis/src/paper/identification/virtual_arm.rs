@@ -5,9 +5,9 @@
 //! the table: the paper turned the arm's base for it. This arm therefore has an unlimited
 //! encoder and no obstacle.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Joint;
-use armbridge_shared::arm::{Parameters, State};
+use armbridge_control::actuator::Joint;
+use armbridge_control::arm::{Parameters, State};
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::{Body, Friction};
 use nalgebra::Vector2;
 use rand_distr::{Distribution, StandardNormal};

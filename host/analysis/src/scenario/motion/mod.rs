@@ -9,13 +9,13 @@ mod resample;
 mod run_up;
 mod samples;
 
+use armbridge_board::bridge::limits::{MOTION, REFERENCE_MAX_RAD};
 use armbridge_client::number_text::beside_limit;
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::Posture;
-use armbridge_shared::bridge::limits::{MOTION, REFERENCE_MAX_RAD};
-use armbridge_shared::control::Reference;
-use armbridge_shared::link::message::{Command, Settings};
-use armbridge_shared::link::motion::Motion;
+use armbridge_control::arm::Posture;
+use armbridge_control::trajectory::Reference;
+use armbridge_link::message::{Command, Settings};
+use armbridge_link::motion::Motion;
+use armbridge_servo::JOINTS;
 
 use super::check;
 use super::file::{BenchKeys, Expect, Pair};

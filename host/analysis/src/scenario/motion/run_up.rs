@@ -1,7 +1,7 @@
 //! Run-up and run-out of a motion that begins or ends with a speed: a smooth path from rest
 //! to that speed and acceleration.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 
 use super::resample::{Joints, Knot, intervals};
 

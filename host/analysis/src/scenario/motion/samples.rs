@@ -6,8 +6,8 @@
 use std::f64::consts::PI;
 use std::ops::Range;
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::bridge::limits::REFERENCE_MAX_RAD;
+use armbridge_board::bridge::limits::REFERENCE_MAX_RAD;
+use armbridge_servo::JOINTS;
 
 /// A sample, and the line that it is in.
 #[derive(Clone, Copy, Debug, PartialEq)]

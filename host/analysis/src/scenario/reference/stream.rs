@@ -1,10 +1,10 @@
 //! Streams as the board would take them: which point it would refuse, and the reference that
 //! it makes of them.
 
-use armbridge_shared::bridge::limits::MOTION;
-use armbridge_shared::control::Reference;
-use armbridge_shared::control::trajectory::Error;
-use armbridge_shared::control::trajectory::stream::{self, Point, Stream};
+use armbridge_board::bridge::limits::MOTION;
+use armbridge_control::trajectory::Error;
+use armbridge_control::trajectory::Reference;
+use armbridge_control::trajectory::stream::{self, Point, Stream};
 
 use super::{mistake, peak_text};
 use crate::plan_runner::plan::{self, STREAM_AHEAD};

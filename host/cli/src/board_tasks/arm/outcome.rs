@@ -3,7 +3,7 @@
 use armbridge_client::enum_names;
 use armbridge_client::error::end_in_words;
 use armbridge_client::fault_text;
-use armbridge_shared::link::message::{Fault, LastEnd, Trip};
+use armbridge_link::message::{Fault, LastEnd, Trip};
 
 /// End of an arming.
 #[derive(Clone, Debug, PartialEq)]

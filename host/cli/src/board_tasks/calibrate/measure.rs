@@ -5,9 +5,9 @@
 //! whose encoder has up to 2 counts rms of white noise is refused less than once in a
 //! million measurements; one that creeps by more than 1.25 counts from half to half is.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Direction;
-use armbridge_shared::link::message::Record;
+use armbridge_control::actuator::Direction;
+use armbridge_link::message::Record;
+use armbridge_servo::JOINTS;
 
 /// Ticks that a measurement takes: 0.3 s at 1 kHz, longer than a hand trembles.
 const TICKS: u32 = 300;
@@ -232,7 +232,7 @@ pub(super) fn direction(joint: usize, zero: &Pose, turned: &Pose) -> Result<Dire
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armbridge_shared::link::message::{Missing, Mode, Sample};
+    use armbridge_link::message::{Missing, Mode, Sample};
     use rand_distr::{Distribution, StandardNormal};
     use rand_pcg::Pcg32;
 

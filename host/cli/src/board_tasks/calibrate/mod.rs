@@ -21,9 +21,9 @@ pub use motor::MotorError;
 
 use armbridge_client::ctrl_c;
 use armbridge_client::session::{ARM_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Joint;
-use armbridge_shared::link::message::{Command, Mode, Settings, Setup};
+use armbridge_control::actuator::Joint;
+use armbridge_link::message::{Command, Mode, Settings, Setup};
+use armbridge_servo::JOINTS;
 
 use super::{Task, TaskError, View};
 use measure::{Pose, Sampler, direction};

@@ -5,9 +5,9 @@
 
 use armbridge_client::fault_text;
 use armbridge_client::session::Request;
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Direction;
-use armbridge_shared::link::message::{Command, Limits, Mode, Trip};
+use armbridge_control::actuator::Direction;
+use armbridge_link::message::{Command, Limits, Mode, Trip};
+use armbridge_servo::JOINTS;
 
 use super::{Guide, answer};
 use crate::board_tasks::{TaskError, View};

@@ -7,8 +7,8 @@ use std::sync::mpsc::{Sender, channel};
 
 use armbridge_client::Host;
 use armbridge_client::LinkError;
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::{Direction, Joint};
+use armbridge_control::actuator::{Direction, Joint};
+use armbridge_servo::JOINTS;
 use armbridge_sim::Bench;
 use armbridge_sim::cosim::Interaction;
 use armbridge_sim::link::{BoardUri, Options, drive};

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use armbridge_analysis::monte_carlo::Maneuver;
 use armbridge_client::params::{self, JointPoles};
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use armbridge_sim::plant::Push;
 use clap::{Args, ValueEnum};
 

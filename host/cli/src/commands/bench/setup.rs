@@ -1,8 +1,8 @@
 //! The requested set-up: the recommended one, with the options given.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::estimate::{Config, Form, Tuning};
-use armbridge_shared::link::message::{Controller, Gains, Setup};
+use armbridge_control::estimate::{Config, Form, Tuning};
+use armbridge_link::message::{Controller, Gains, Setup};
+use armbridge_servo::JOINTS;
 
 use super::args::{ControlArgs, ControllerName, EstimateArgs, EstimatorName};
 

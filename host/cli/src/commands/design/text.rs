@@ -3,8 +3,8 @@
 use armbridge_analysis::design::{Design, JointMargins};
 use armbridge_client::params;
 use armbridge_client::params::to_text;
+use armbridge_link::message::Settings;
 use armbridge_log::text_table;
-use armbridge_shared::link::message::Settings;
 
 pub(super) fn as_text(settings: &Settings, design: &Design) -> String {
     let kind = |key| params::get(settings, key).map_or_else(String::new, |kind| to_text(&kind));

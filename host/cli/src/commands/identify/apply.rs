@@ -8,8 +8,8 @@ use armbridge_client::params;
 use armbridge_client::params::settings_exchange;
 use armbridge_client::refusal_text;
 use armbridge_client::stdio;
+use armbridge_link::message::Settings;
 use armbridge_log::text_table;
-use armbridge_shared::link::message::Settings;
 
 use super::super::params_exchange::{Sent, differences, kept};
 use super::super::{Error, ask};

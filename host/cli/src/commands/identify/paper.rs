@@ -7,9 +7,9 @@ use armbridge::config::Config;
 use armbridge_analysis::paper::identification::{self, PaperComparison, SampledExperiment};
 use armbridge_analysis::run_folder::RunFolder;
 use armbridge_client::stdio;
+use armbridge_control::arm::Parameters;
 use armbridge_log::recording::Recording;
 use armbridge_log::text_table;
-use armbridge_shared::arm::Parameters;
 use clap::Args;
 use serde::Serialize;
 

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use armbridge_client::endpoint::Endpoint;
 use armbridge_client::transport::LinkUri;
 use armbridge_client::{ctrl_c, stdio};
-use armbridge_shared::servo::Firmware;
+use armbridge_servo::Firmware;
 use armbridge_sim::Bench;
 use armbridge_sim::raw_bus_server::WallClockBench;
 use armbridge_sim::servo_kind;

@@ -4,8 +4,8 @@
 use std::collections::VecDeque;
 
 use armbridge_client::enum_names;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Missing, Record, Sample, Timing};
+use armbridge_link::message::{Missing, Record, Sample, Timing};
+use armbridge_servo::JOINTS;
 
 /// Ticks whose timing is kept.
 const TICKS: usize = 10_000;

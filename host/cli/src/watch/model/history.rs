@@ -3,8 +3,8 @@
 
 use std::collections::VecDeque;
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::Record;
+use armbridge_link::message::Record;
+use armbridge_servo::JOINTS;
 
 /// Duration that is kept, in s.
 pub const SPAN_S: f64 = 10.0;

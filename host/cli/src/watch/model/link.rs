@@ -3,8 +3,8 @@
 use armbridge_client::enum_names;
 use armbridge_client::event::Direction;
 use armbridge_client::refusal_text;
-use armbridge_shared::link::frame::FrameError;
-use armbridge_shared::link::message::{Command, Refusal, ToBoard};
+use armbridge_link::frame::FrameError;
+use armbridge_link::message::{Command, Refusal, ToBoard};
 
 use super::rate::Rate;
 use crate::pending_commands::PendingCommands;

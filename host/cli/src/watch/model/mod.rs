@@ -16,7 +16,7 @@ pub use link::{Line, Link};
 
 use armbridge_client::event::{Event, EventKind};
 use armbridge_client::status::BoardStatus;
-use armbridge_shared::link::message::ToHost;
+use armbridge_link::message::ToHost;
 
 /// The dashboard's data.
 #[derive(Clone, Debug, Default)]

@@ -4,8 +4,8 @@
 use armbridge_client::enum_names;
 use armbridge_client::status::Obstacle;
 use armbridge_client::{experiment_text, fault_text};
-use armbridge_shared::link::message::{Drive, Fault, Mode};
-use armbridge_shared::link::server::LinkRole;
+use armbridge_link::message::{Drive, Fault, Mode};
+use armbridge_link::server::LinkRole;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 

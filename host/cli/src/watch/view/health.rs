@@ -1,9 +1,9 @@
 //! Link, bus and timing: three boxes of numbers.
 
 use armbridge_client::enum_names;
-use armbridge_shared::link::message::Timing;
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::protocol1::Alarms;
+use armbridge_link::message::Timing;
+use armbridge_servo::Alarms;
+use armbridge_servo::Firmware;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;

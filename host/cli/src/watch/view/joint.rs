@@ -1,7 +1,7 @@
 //! One joint: its plot, the estimate in numbers, its torque against the limit.
 
-use armbridge_shared::estimate::Config;
-use armbridge_shared::link::limits::hard;
+use armbridge_control::estimate::Config;
+use armbridge_link::limits::hard;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Style, Stylize};

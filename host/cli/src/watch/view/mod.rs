@@ -18,9 +18,9 @@ mod joint;
 mod plot;
 mod theme;
 
+use armbridge_link::message::Refusal;
 use armbridge_log::text_table;
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::Refusal;
+use armbridge_servo::JOINTS;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;

@@ -10,8 +10,8 @@ use std::process::Command;
 use std::process::{Output, Stdio};
 
 use armbridge_client::transport::LinkUri;
+use armbridge_link::message::{Drive, Mode};
 use armbridge_log::recording::Recording;
-use armbridge_shared::link::message::{Drive, Mode};
 use armbridge_sim::plant::PlantFile;
 
 #[cfg(unix)]

@@ -4,10 +4,10 @@ use std::fs;
 use std::path::Path;
 
 use armbridge_client::event::Direction;
+use armbridge_link::frame::Encoder;
+use armbridge_link::message::{Drive, Mode, Record, Settings, ToHost};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
-use armbridge_shared::link::frame::Encoder;
-use armbridge_shared::link::message::{Drive, Mode, Record, Settings, ToHost};
 use serde_json::Value;
 
 use super::folder;

@@ -6,10 +6,10 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use armbridge_client::event::Direction;
+use armbridge_link::frame::Encoder;
+use armbridge_link::message::{Drive, Mode, Record, Sample, Settings, ToHost};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
-use armbridge_shared::link::frame::Encoder;
-use armbridge_shared::link::message::{Drive, Mode, Record, Sample, Settings, ToHost};
 
 /// Ticks of the log: ten minutes at 1 kHz.
 const TICKS: u32 = 600_000;

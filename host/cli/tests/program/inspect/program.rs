@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use armbridge_shared::link::message::{Controller, Gains, Setup};
+use armbridge_link::message::{Controller, Gains, Setup};
 use armbridge_tests::paths::run_folder;
 use serde_json::Value;
 

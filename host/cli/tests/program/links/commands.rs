@@ -5,9 +5,9 @@ use std::net::TcpListener;
 use std::time::{Duration, Instant};
 
 use armbridge_client::session::Request;
-use armbridge_shared::link::frame::Encoder;
-use armbridge_shared::link::message::{Drive, Fault, Hello, Mode, StopSource, ToHost};
-use armbridge_shared::link::schema;
+use armbridge_link::frame::Encoder;
+use armbridge_link::message::{Drive, Fault, Hello, Mode, StopSource, ToHost};
+use armbridge_link::schema;
 
 #[cfg(unix)]
 use super::program::interrupt;

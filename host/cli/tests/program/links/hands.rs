@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use armbridge_shared::link::message::{Fault, Mode, StopSource};
+use armbridge_link::message::{Fault, Mode, StopSource};
 use armbridge_tests::channel_host::Manned;
 use armbridge_tests::served_board::{Seen, Served};
 

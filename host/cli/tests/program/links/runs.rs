@@ -3,8 +3,8 @@
 
 use std::process::{Command, Output};
 
+use armbridge_link::message::{Drive, Mode};
 use armbridge_log::recording::Recording;
-use armbridge_shared::link::message::{Drive, Mode};
 
 #[cfg(unix)]
 use super::program::interrupt;

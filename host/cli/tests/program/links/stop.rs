@@ -7,7 +7,7 @@ use armbridge_client::Host;
 use armbridge_client::session::{ChannelHost, Request};
 use armbridge_client::transport::stop_socket::{self, Answer, BoardKey, Order};
 use armbridge_client::transport::{LinkUri, drive};
-use armbridge_shared::link::message::{Command, Drive, Fault, Mode, StopSource};
+use armbridge_link::message::{Command, Drive, Fault, Mode, StopSource};
 use armbridge_tests::channel_host::{Manned, options};
 use armbridge_tests::served_board::{Served, until};
 

@@ -3,7 +3,7 @@
 use armbridge::watch::keys::{Action, Keys, Question};
 use armbridge_client::event::{Event, EventKind};
 use armbridge_client::session::Request;
-use armbridge_shared::link::message::Command;
+use armbridge_link::message::Command;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::{S, letter, nudge, press, regulated, shove, watched};

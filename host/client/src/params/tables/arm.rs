@@ -1,7 +1,7 @@
 //! Model of the arm, and calibration of its servos.
 
-use armbridge_shared::actuator::{Direction, MIDDLE_COUNT, bounds};
-use armbridge_shared::arm::Mounting;
+use armbridge_control::actuator::{Direction, MIDDLE_COUNT, bounds};
+use armbridge_control::arm::Mounting;
 
 use super::{Parameter, Range, access, choice, number};
 

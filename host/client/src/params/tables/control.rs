@@ -1,9 +1,9 @@
 //! Controller and estimator, whose numbers depend on their kind.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::control::{Lqr, WEIGHT_MAX};
-use armbridge_shared::estimate::{Config, Form, Tuning};
-use armbridge_shared::link::message::{Controller, Gains, Settings, Setup};
+use armbridge_control::controller::{Lqr, WEIGHT_MAX};
+use armbridge_control::estimate::{Config, Form, Tuning};
+use armbridge_link::message::{Controller, Gains, Settings, Setup};
+use armbridge_servo::JOINTS;
 
 use super::access::{Access, Numbers};
 use super::{Parameter, Range, Shape, Takes, access, choice, number, numbers, pair};

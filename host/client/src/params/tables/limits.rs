@@ -1,6 +1,6 @@
 //! Limits of the supervisor.
 
-use armbridge_shared::link::limits::hard;
+use armbridge_link::limits::hard;
 
 use super::{Parameter, Range, access, number, pair};
 

@@ -5,9 +5,9 @@ mod arm;
 mod control;
 mod limits;
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
-use armbridge_shared::link::message::Settings;
+use armbridge_board::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
+use armbridge_link::message::Settings;
+use armbridge_servo::JOINTS;
 
 use super::access::{Access, Numbers};
 use super::constraint::{Range, Shape, Takes};

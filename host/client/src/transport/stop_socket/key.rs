@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use armbridge_shared::crc32;
+use armbridge_link::crc32;
 
 use super::super::{LinkUri, usb, usb_discovery};
 

@@ -4,8 +4,8 @@
 use std::io::{self, Read, Write};
 use std::time::{Duration, Instant};
 
-use armbridge_shared::link::frame::Decoder;
-use armbridge_shared::link::message::{Fault, Mode, ToHost};
+use armbridge_link::frame::Decoder;
+use armbridge_link::message::{Fault, Mode, ToHost};
 
 use super::local::{self, Stream};
 use super::{Answer, BoardKey, Order};

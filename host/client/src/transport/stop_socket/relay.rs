@@ -2,10 +2,10 @@
 
 use std::io;
 
-use armbridge_shared::link::frame::Encoder;
-use armbridge_shared::link::message::ToBoard;
-use armbridge_shared::link::schema;
-use armbridge_shared::link::server::LinkRole;
+use armbridge_link::frame::Encoder;
+use armbridge_link::message::ToBoard;
+use armbridge_link::schema;
+use armbridge_link::server::LinkRole;
 
 use super::listener::StopListener;
 use super::{BoardKey, Order};

@@ -1,7 +1,7 @@
 //! Commands of two logs: the first that differs.
 
 use armbridge_client::{enum_names, params};
-use armbridge_shared::link::message::{Command, Settings};
+use armbridge_link::message::{Command, Settings};
 
 use super::super::drive_text;
 use super::super::log::SentCommand;

@@ -16,7 +16,7 @@ mod table;
 use std::path::PathBuf;
 
 use armbridge_client::params;
-use armbridge_shared::link::message::Record;
+use armbridge_link::message::Record;
 use serde::Serialize;
 
 pub use commands::command_text;

@@ -7,7 +7,7 @@
 
 use std::iter::Peekable;
 
-use armbridge_shared::link::message::Record;
+use armbridge_link::message::Record;
 
 /// Distance of two ticks that are at the same time, in periods: more than clocks jitter.
 const NEAR: f64 = 0.1;

@@ -1,6 +1,6 @@
 //! Differences of each quantity, tick by tick.
 
-use armbridge_shared::link::message::Record;
+use armbridge_link::message::Record;
 
 use super::QuantityDiff;
 use crate::export::column::{QUANTITIES, Quantity, Values};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use armbridge_shared::link::message::{Record, Settings};
+use armbridge_link::message::{Record, Settings};
 
 use super::super::log::{CommandCollector, Head, SentCommand};
 use super::DiffError;

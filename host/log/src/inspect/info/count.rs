@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use armbridge_client::enum_names;
 use armbridge_client::event::{Event, EventKind};
-use armbridge_shared::link::message::{Mode, Record, Sample, ToBoard, ToHost, Trip};
+use armbridge_link::message::{Mode, Record, Sample, ToBoard, ToHost, Trip};
 
 use super::{FaultInfo, Gap, LISTED_MAX};
 use crate::clock_sync::Envelope;

@@ -10,7 +10,7 @@ use std::path::Path;
 
 use armbridge_client::enum_names;
 use armbridge_client::fault_text;
-use armbridge_shared::link::message::{Settings, Trip};
+use armbridge_link::message::{Settings, Trip};
 use serde::Serialize;
 
 use super::diff::command_text;

@@ -1,13 +1,13 @@
 //! Inputs from outside the tick: commands, sessions, faults.
 
-use armbridge_shared::bridge::command::{ValidatedCommand, validate};
-use armbridge_shared::control::Trajectory;
-use armbridge_shared::control_loop::Violation;
-use armbridge_shared::control_loop::limits::MOTION;
-use armbridge_shared::control_loop::reference::{StartPoint, TimedTrajectory, refusal};
-use armbridge_shared::link::message::{Command, Moment, Refusal, Trip};
-use armbridge_shared::link::motion::Motion;
-use armbridge_shared::supervisor::Event;
+use armbridge_board::bridge::command::{ValidatedCommand, validate};
+use armbridge_board::control_loop::Violation;
+use armbridge_board::control_loop::limits::MOTION;
+use armbridge_board::control_loop::reference::{StartPoint, TimedTrajectory, refusal};
+use armbridge_board::supervisor::Event;
+use armbridge_control::trajectory::Trajectory;
+use armbridge_link::message::{Command, Moment, Refusal, Trip};
+use armbridge_link::motion::Motion;
 
 use super::Board;
 

@@ -2,9 +2,7 @@
 
 use armbridge_client::enum_names;
 use armbridge_client::refusal_text;
-use armbridge_shared::link::message::{
-    Command, Fault, Mode, Moment, Record, Refusal, Settings, Trip,
-};
+use armbridge_link::message::{Command, Fault, Mode, Moment, Record, Refusal, Settings, Trip};
 
 use super::super::compare::Difference;
 use super::super::loss::Loss;

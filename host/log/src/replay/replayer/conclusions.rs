@@ -6,8 +6,8 @@
 use std::collections::VecDeque;
 
 use armbridge_client::experiment_text;
-use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
-use armbridge_shared::link::message::Record;
+use armbridge_link::experiment::{Conclusion, ExperimentEnd};
+use armbridge_link::message::Record;
 
 use super::super::board::Board;
 use super::super::compare::Difference;

@@ -6,9 +6,9 @@ use super::super::run::run_case;
 use super::super::set_up::{Bus, SetUp};
 use super::*;
 use crate::plant::MotorFault;
-use armbridge_shared::bridge::Channels;
-use armbridge_shared::link::message::{OffReport, OffState, StopSource};
-use armbridge_shared::servo::Firmware;
+use armbridge_board::bridge::Channels;
+use armbridge_link::message::{OffReport, OffState, StopSource};
+use armbridge_servo::Firmware;
 
 /// The first single of this kind, with this work, on Morpheus servos at 1 kHz.
 fn case_of(kind: Kind, activity: Activity) -> Case {

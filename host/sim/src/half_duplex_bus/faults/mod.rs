@@ -177,8 +177,8 @@ mod tests {
     use super::*;
     use crate::half_duplex_bus::{Device, Mechanics};
     use crate::morpheus_servo::{Reading, Servo};
-    use armbridge_shared::actuator::Pwm;
-    use armbridge_shared::servo::morpheus::{Request, ServoId};
+    use armbridge_servo::Pwm;
+    use armbridge_servo::morpheus::{Request, ServoId};
 
     const BAUD: u32 = 1_000_000;
     const MS: u64 = 1_000_000;

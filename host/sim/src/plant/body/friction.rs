@@ -1,7 +1,7 @@
 //! Dry friction of a joint, and its state.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::State;
+use armbridge_control::arm::State;
+use armbridge_servo::JOINTS;
 use nalgebra::ComplexField;
 
 /// Dry friction of one joint, in N m.

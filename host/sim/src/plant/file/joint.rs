@@ -1,6 +1,6 @@
 //! One joint of a plant file.
 
-use armbridge_shared::actuator::{Direction, Joint};
+use armbridge_control::actuator::{Direction, Joint};
 use serde::{Deserialize, Serialize};
 
 use crate::plant::{Friction, PlantConfig};

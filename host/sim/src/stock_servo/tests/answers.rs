@@ -1,8 +1,9 @@
 //! Replies, and written values.
 
 use armbridge_client::servo_table::{AX12A, Access};
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::protocol1::{Alarms, Instruction};
+use armbridge_servo::Alarms;
+use armbridge_servo::Firmware;
+use armbridge_servo::protocol1::Instruction;
 
 use super::{NOTHING, Rig};
 use crate::stock_servo::at;

@@ -2,7 +2,7 @@
 //! and a valid request is answered.
 
 use armbridge_client::servo_table::{AX12A, Access};
-use armbridge_shared::servo::protocol1::{Frame, Instruction};
+use armbridge_servo::protocol1::{Frame, Instruction};
 use rand_distr::{Distribution, Uniform};
 use rand_pcg::Pcg32;
 

@@ -1,7 +1,8 @@
 //! Effects of the servos on the arm, and their protection.
 
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::protocol1::{Alarms, Instruction};
+use armbridge_servo::Alarms;
+use armbridge_servo::Firmware;
+use armbridge_servo::protocol1::Instruction;
 
 use super::Rig;
 use crate::stock_servo::{at, pwm};

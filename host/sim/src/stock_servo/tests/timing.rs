@@ -1,7 +1,7 @@
 //! Reply times and rates, and times without replies.
 
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::protocol1::Instruction;
+use armbridge_servo::Firmware;
+use armbridge_servo::protocol1::Instruction;
 
 use super::{NOTHING, Rig};
 use crate::Bench;

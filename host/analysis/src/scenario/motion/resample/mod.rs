@@ -11,7 +11,7 @@ mod spline;
 #[cfg(test)]
 mod tests;
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 use nalgebra::{Matrix3, Vector3};
 
 use super::samples::Sample;

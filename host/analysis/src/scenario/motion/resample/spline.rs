@@ -1,6 +1,6 @@
 //! Cubic spline through the samples of a motion.
 
-use armbridge_shared::JOINTS;
+use armbridge_servo::JOINTS;
 
 use super::{Knot, intervals};
 use crate::scenario::motion::samples::Sample;

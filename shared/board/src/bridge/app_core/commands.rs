@@ -1,0 +1,218 @@
+//! Commands of the host, accepted or refused; see [`Core::command`].
+
+use super::{BusFacts, Core};
+use crate::bridge::command::ValidatedCommand;
+use crate::control_loop::limits::CHECK_PERIOD_MAX_US;
+use crate::control_loop::reference::{ReferenceSource, StartPoint, TimedTrajectory};
+use crate::control_loop::{ControlConfig, Instant};
+use crate::supervisor::{Event, State};
+use armbridge_control::trajectory::stream::Point;
+use armbridge_link::experiment::{Experiment, ExperimentEnd};
+use armbridge_link::message::{Drive, Fault, Limits, Refusal};
+use armbridge_servo::JOINTS;
+
+impl Core {
+    /// The present instant for the control loop.
+    fn instant(&self) -> Instant {
+        Instant {
+            us: self.now_us,
+            acts_us: self.next_start_us,
+            is_driven: self.state().is_driven(),
+        }
+    }
+
+    /// Start point of a motion that is requested now.
+    ///
+    /// # Errors
+    /// The refusal for the host.
+    pub fn start_point(&self) -> Result<StartPoint, Refusal> {
+        self.supervisor.check(Event::Drive)?;
+        Ok(self.control_loop.start_point(self.instant()))
+    }
+
+    /// Takes a command, all but those that are for the bus alone.
+    ///
+    /// # Errors
+    /// The refusal for the host; the state is unchanged.
+    pub fn command(&mut self, command: ValidatedCommand, bus: BusFacts) -> Result<(), Refusal> {
+        let now = self.instant();
+        match command {
+            ValidatedCommand::Idle => {
+                self.replace_experiment(now.is_driven);
+                self.apply(Event::Disarm)
+            }
+            ValidatedCommand::Arm => self.arm(bus),
+            // A stop that has not concluded is not cleared.
+            ValidatedCommand::ClearFault
+                if self.state() == State::Fault && !bus.is_stop_settled =>
+            {
+                Err(Refusal::NotOff)
+            }
+            ValidatedCommand::ClearFault => self.clear_fault(bus),
+            ValidatedCommand::Torque(torque_nm) => {
+                self.begin_drive()?;
+                self.control_loop.hold_torque(torque_nm, now.us);
+                Ok(())
+            }
+            ValidatedCommand::Regulate(angle_rad) => self.regulate(angle_rad),
+            ValidatedCommand::Follow(motion) => self.follow_motion(motion, now),
+            ValidatedCommand::Stream(point) => self.follow_point(point, now),
+            ValidatedCommand::Experiment(plan) => self.begin_experiment(plan),
+            ValidatedCommand::Prepare if bus.is_prepared => self.supervisor.check(Event::Prepare),
+            ValidatedCommand::Prepare => self.apply(Event::Prepare),
+            ValidatedCommand::Release => self.apply(Event::Release),
+            ValidatedCommand::Install(control) => self.install(&control),
+            ValidatedCommand::Limit(limits) => self.limit(limits),
+            ValidatedCommand::StartPoint => Ok(()),
+            ValidatedCommand::Save => self.apply(Event::Keep),
+        }
+    }
+
+    // Functions of their own: each has a source or two of some 800 bytes in its frame, of which
+    // inlining makes a sum.
+
+    #[inline(never)]
+    fn regulate(&mut self, angle_rad: [f32; JOINTS]) -> Result<(), Refusal> {
+        let source = ReferenceSource::hold(angle_rad.into());
+        self.follow(Drive::Regulate, source)
+    }
+
+    #[inline(never)]
+    fn follow_motion(&mut self, motion: TimedTrajectory, now: Instant) -> Result<(), Refusal> {
+        self.supervisor.check(Event::Drive)?;
+        let source = self.control_loop.with_motion(motion, now)?;
+        self.follow(Drive::Track, source)
+    }
+
+    #[inline(never)]
+    fn follow_point(&mut self, point: Point<f32>, now: Instant) -> Result<(), Refusal> {
+        self.supervisor.check(Event::Drive)?;
+        let source = self.control_loop.with_point(point, now)?;
+        self.follow(Drive::Track, source)
+    }
+
+    /// Clears the fault; one of a temperature, if the servo has cooled.
+    #[inline(never)]
+    fn clear_fault(&mut self, bus: BusFacts) -> Result<(), Refusal> {
+        let is_heat = self
+            .cause()
+            .is_some_and(|trip| trip.fault == Fault::Temperature);
+        match bus.hot_joint {
+            Some(joint) if is_heat => Err(Refusal::Hot { joint }),
+            Some(_) | None => self.apply(Event::ClearFault),
+        }
+    }
+
+    /// Arms, if the servos are cool and take torque at the configured period, if the
+    /// encoders are known and within the limits, and if the motors have been checked, can be, or
+    /// need not be.
+    #[inline(never)]
+    fn arm(&mut self, bus: BusFacts) -> Result<(), Refusal> {
+        self.supervisor.check(Event::Arm)?;
+        if let Some(joint) = bus.hot_joint {
+            return Err(Refusal::Hot { joint });
+        }
+        if !bus.is_prepared {
+            return Err(Refusal::Unprepared);
+        }
+        let least_us = bus.least_period_us;
+        if self.config.period_us().get() < least_us {
+            return Err(Refusal::TooFast { least_us });
+        }
+        bus.encoder_refusal.map_or(Ok(()), Err)?;
+        let is_check_due = !self.are_motors_checked && self.config.limits().check_rad_s2 > 0;
+        if is_check_due && self.config.period_us().get() > CHECK_PERIOD_MAX_US {
+            return Err(Refusal::MotorsUnchecked);
+        }
+        self.apply(if is_check_due {
+            Event::CheckMotors
+        } else {
+            Event::Arm
+        })
+    }
+
+    /// Begins to drive; ends an experiment that is under way.
+    fn begin_drive(&mut self) -> Result<(), Refusal> {
+        let was_driven = self.state().is_driven();
+        self.apply(Event::Drive)?;
+        self.replace_experiment(was_driven);
+        Ok(())
+    }
+
+    /// Follows a reference source.
+    #[inline(never)]
+    fn follow(&mut self, drive: Drive, source: ReferenceSource) -> Result<(), Refusal> {
+        let now = self.instant();
+        self.begin_drive()?;
+        self.control_loop.follow(&self.config, drive, source, now);
+        Ok(())
+    }
+
+    /// Ends an experiment that another command replaces.
+    fn replace_experiment(&mut self, was_driven: bool) {
+        if was_driven && self.control_loop.drive() == Drive::Experiment {
+            self.conclude_experiment(ExperimentEnd::Replaced);
+        }
+    }
+
+    #[inline(never)]
+    fn begin_experiment(&mut self, plan: Experiment) -> Result<(), Refusal> {
+        self.supervisor.check(Event::Drive)?;
+        let now = self.instant();
+        if self.control_loop.is_running(&plan, now.is_driven) {
+            return Ok(());
+        }
+        let source = self
+            .control_loop
+            .admit(&self.config, &plan, now)
+            .map_err(Refusal::Experiment)?;
+        self.begin_drive()?;
+        self.control_loop
+            .begin_experiment(&self.config, plan, source, now);
+        Ok(())
+    }
+
+    /// Replaces the set-up, without a step in the torque.
+    #[inline(never)]
+    fn install(&mut self, control: &ControlConfig) -> Result<(), Refusal> {
+        self.apply(Event::Configure)?;
+        let state = self.state();
+        let is_driven = state.is_driven();
+        let is_experimenting = is_driven && self.control_loop.drive() == Drive::Experiment;
+        let is_other_period = control.period_us() != self.config.period_us();
+        let is_other_servo = !self.config.has_joints(control);
+        if is_experimenting || (state.is_armed() && (is_other_period || is_other_servo)) {
+            return Err(Refusal::NotIdle);
+        }
+        self.are_motors_checked &= !is_other_servo;
+        let config = self.config.with_control(control);
+        self.control_loop
+            .install(&self.config, &config, is_driven, self.next_start_us);
+        self.config = config;
+        Ok(())
+    }
+
+    /// Replaces the limits.
+    #[inline(never)]
+    fn limit(&mut self, limits: Limits) -> Result<(), Refusal> {
+        self.apply(Event::Keep)?;
+        self.config = self.config.with_limits(limits);
+        self.control_loop.restart_monitors();
+        Ok(())
+    }
+
+    /// Begins the session of a host: disarms, because another host may have armed.
+    pub fn begin_session(&mut self) {
+        // A client has the bus until it leaves, whichever host there is.
+        if self.state() != State::Passthrough {
+            // Never refused.
+            let _ = self.apply(Event::Disarm);
+        }
+        // Earlier estimates are in no log of this host.
+        self.control_loop.reset_estimate();
+        // After a fault the monitors know which servo may be deaf.
+        if self.state() != State::Fault {
+            self.control_loop.reset_monitors();
+        }
+    }
+}

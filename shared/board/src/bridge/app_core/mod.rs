@@ -1,0 +1,385 @@
+//! The core: supervisor, control loop and configuration, without bus, queues and clock.
+//!
+//! ```text
+//!   commands --> validated --> Supervisor --- permission ---> ControlLoop --> command
+//!                                  ^  |                            |      \-> record
+//!   samples  --- TickSamples ------+--+----------------------------+
+//!                                  +--- faults, lost samples ------+
+//!                                  |
+//!                                  +--> BusAction
+//! ```
+//!
+//! [`Core`] combines supervisor, control loop and configuration. Its outputs are the
+//! [`ActuatorCommand`] of each tick and a [`BusAction`] for the bus, a record and the
+//! `take` functions for the host. Boards run it, and so does the host's replay.
+//!
+//! # Contract
+//!
+//! * [`set_time`](Core::set_time) first, then [`check_state`](Core::check_state) and the
+//!   events; a tick is [`begin_tick`](Core::begin_tick), then
+//!   [`decide`](Core::decide) when the samples are in.
+//! * The command that a tick decides is in force from the beginning of the next, and only
+//!   if the supervisor still permits it then.
+//! * No function waits or sends: [`Bridge`](super::Bridge) passes a
+//!   [`BusAction`] to the sequencer, which stops motors without another call of the core.
+//!
+//! | module     | content                                                 |
+//! |------------|---------------------------------------------------------|
+//! | `tick`     | beginning, decision and record of a tick                |
+//! | `commands` | commands of the host, accepted or refused               |
+//! | `resume`   | the state of a recorded tick, for replay                |
+//!
+//! Time is an input, in µs: [`Core::set_time`].
+
+mod commands;
+mod resume;
+mod tick;
+
+use crate::control_loop::{ActuatorCommand, ControlLoop, LoopConfig, Violation};
+use crate::flow_token::FlowToken;
+use crate::supervisor::{Action, Event, State, Supervisor};
+use armbridge_link::experiment::Conclusion;
+use armbridge_link::message::{Drive, Fault, Missing, Mode, Moment, Refusal, Sample, Timing, Trip};
+use armbridge_servo::Alarms;
+use armbridge_servo::JOINTS;
+
+/// Action of a transition on the bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusAction {
+    /// The stop sequence, repeated until every motor is confirmed off.
+    Halt,
+    /// Motors that have to be off are commanded off again by the ticks, and read back.
+    RepeatOff,
+    /// The stop sequence, then bring-up.
+    Search,
+    /// The stop sequence; then the bus is lent to the client.
+    HandOver,
+}
+
+/// State of the bus, on which arming depends.
+#[derive(Clone, Copy, Debug)]
+pub struct BusFacts {
+    /// Whether the servos take torque.
+    pub is_prepared: bool,
+    /// Shortest period in µs that the bus allows.
+    pub least_period_us: u32,
+    /// Whether the last stop has concluded: each motor is confirmed off, or the host has been
+    /// notified which is not.
+    pub is_stop_settled: bool,
+    /// Joint whose servo is too hot to be armed or, after a fault of its temperature, to clear
+    /// that.
+    pub hot_joint: Option<u8>,
+    /// Reason against arming that the samples show, see [`Core::encoder_refusal`].
+    pub encoder_refusal: Option<Refusal>,
+}
+
+/// Memory in which a bit can be turned by [`Core::inject_error`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MemoryRegion {
+    /// The configuration.
+    Config,
+    /// The supervisor's state.
+    State,
+    /// The drive command.
+    Drive,
+    /// The numbers of the reference source.
+    Reference,
+}
+
+/// Results of the exchange of a tick.
+#[derive(Clone, Copy, Debug)]
+pub struct TickSamples {
+    /// Sample of each servo.
+    pub samples: [Sample; JOINTS],
+    /// Alarms of each stock servo.
+    pub alarms: [Alarms; JOINTS],
+    /// Duration of the exchange, in µs.
+    pub bus_us: u32,
+    /// The tick's token, with the sequencer's stamp.
+    pub token: FlowToken,
+}
+
+impl TickSamples {
+    /// No samples, before the first exchange.
+    pub const NONE: Self = Self {
+        samples: [Sample::Missing(Missing::NotAsked); JOINTS],
+        alarms: [Alarms::NONE; JOINTS],
+        bus_us: 0,
+        token: FlowToken::begin(0),
+    };
+}
+
+/// See the [module](self).
+#[derive(Clone, Debug)]
+pub struct Core {
+    supervisor: Supervisor,
+    control_loop: ControlLoop,
+    config: LoopConfig,
+    integrity: IntegrityCheck,
+    in_force: ActuatorCommand,
+    next: ActuatorCommand,
+    /// Planned beginning of the next tick, in µs.
+    next_start_us: u64,
+    now_us: u64,
+    /// Time of the last frame of the host, in µs.
+    host_frame_us: u64,
+    tick: u32,
+    /// Number of the last decided tick.
+    decided: u32,
+    start_us: u64,
+    timing: Timing,
+    overruns_in_row: u8,
+    /// Token of the last decided tick.
+    token: FlowToken,
+    bus_action: Option<BusAction>,
+    has_new_trip: bool,
+    conclusion: Option<Conclusion>,
+    /// Whether the motors have been checked since bring-up and the last change of the
+    /// calibration.
+    are_motors_checked: bool,
+}
+
+/// Schedule of the comparison of sections with their check words.
+#[derive(Clone, Copy, Debug, Default)]
+struct IntegrityCheck {
+    section: u32,
+    wait: u32,
+}
+
+impl Core {
+    /// A core in its initial state, at this time.
+    pub fn new(config: LoopConfig, now_us: u64) -> Self {
+        Self {
+            supervisor: Supervisor::default(),
+            control_loop: ControlLoop::new(&config),
+            config,
+            integrity: IntegrityCheck::default(),
+            in_force: ActuatorCommand::OFF,
+            next: ActuatorCommand::OFF,
+            next_start_us: now_us,
+            now_us,
+            host_frame_us: now_us,
+            tick: 0,
+            decided: 0,
+            start_us: 0,
+            timing: Timing::default(),
+            overruns_in_row: 0,
+            token: FlowToken::default(),
+            bus_action: None,
+            has_new_trip: false,
+            conclusion: None,
+            are_motors_checked: false,
+        }
+    }
+
+    /// Sets the time, in µs; it never goes back.
+    pub fn set_time(&mut self, now_us: u64) {
+        self.now_us = now_us;
+    }
+
+    /// The time that was set last, in µs.
+    pub fn now_us(&self) -> u64 {
+        self.now_us
+    }
+
+    /// Planned beginning of the next tick, in µs.
+    pub fn next_start_us(&self) -> u64 {
+        self.next_start_us
+    }
+
+    /// Sets the planned beginning of the next tick, in µs.
+    pub fn set_next_start(&mut self, at_us: u64) {
+        self.next_start_us = at_us;
+    }
+
+    /// The supervisor's state.
+    pub fn state(&self) -> State {
+        self.supervisor.state()
+    }
+
+    /// Mode of the board.
+    pub fn mode(&self) -> Mode {
+        self.supervisor.mode(self.control_loop.drive())
+    }
+
+    /// Source that drives the motors while that is permitted.
+    pub fn drive(&self) -> Drive {
+        self.control_loop.drive()
+    }
+
+    /// Cause of the fault, if one is latched.
+    pub fn cause(&self) -> Option<Trip> {
+        self.supervisor.cause()
+    }
+
+    /// The configuration.
+    pub fn config(&self) -> &LoopConfig {
+        &self.config
+    }
+
+    /// Number of the tick under way.
+    pub fn tick(&self) -> u32 {
+        self.tick
+    }
+
+    /// Consecutive missing samples of this joint.
+    pub fn lost_in_row(&self, joint: usize) -> u32 {
+        self.control_loop.lost_in_row(joint)
+    }
+
+    /// Reason against arming, as far as the samples of this session show.
+    pub fn encoder_refusal(&self) -> Option<Refusal> {
+        self.control_loop.encoder_refusal(&self.config)
+    }
+
+    /// The present moment, for the acknowledgement of a command.
+    pub fn moment(&self) -> Moment {
+        Moment {
+            tick: self.tick,
+            is_decided: self.decided == self.tick,
+            at_us: self.now_us,
+        }
+    }
+
+    /// Whether there is an action on the bus, a new fault or the end of an experiment to take;
+    /// most polls have none.
+    pub fn has_actions(&self) -> bool {
+        self.bus_action.is_some() || self.has_new_trip || self.conclusion.is_some()
+    }
+
+    /// Takes the pending action on the bus.
+    pub fn take_bus_action(&mut self) -> Option<BusAction> {
+        self.bus_action.take()
+    }
+
+    /// Takes the fault that has been latched since the last call.
+    pub fn take_trip(&mut self) -> Option<Trip> {
+        core::mem::take(&mut self.has_new_trip)
+            .then(|| self.cause())
+            .flatten()
+    }
+
+    /// Takes the end of an experiment since the last call.
+    pub fn take_conclusion(&mut self) -> Option<Conclusion> {
+        self.conclusion.take()
+    }
+
+    /// Notes a frame of the host.
+    pub fn note_host(&mut self) {
+        self.host_frame_us = self.now_us;
+    }
+
+    // Events
+
+    /// Latches a fault with its first cause: torque off.
+    pub fn trip(&mut self, violation: Violation) {
+        let violation = self.cause_of(violation);
+        let action = self.supervisor.trip(Trip {
+            fault: violation.fault,
+            joint: violation.joint,
+            tick: self.tick,
+            at_us: self.now_us,
+            value: violation.value,
+            limit: violation.limit,
+        });
+        if let Some(action) = action {
+            self.has_new_trip = true;
+            self.perform(action);
+        }
+    }
+
+    /// The cause of a violation: corrupted parameters, if these may have caused it.
+    fn cause_of(&self, violation: Violation) -> Violation {
+        let may_be_corruption = match violation.fault {
+            Fault::AngleLimit
+            | Fault::SpeedLimit
+            | Fault::TorqueLimit
+            | Fault::TorqueRate
+            | Fault::PwmLimit
+            | Fault::DeadZone
+            | Fault::Diverged
+            | Fault::Stuck
+            | Fault::EncoderFrozen
+            | Fault::ExternalTorque
+            | Fault::MotorDirection
+            | Fault::JointsSwapped
+            | Fault::NotFinite => true,
+            Fault::EmergencyStop(_)
+            | Fault::HostSilent
+            | Fault::Temperature
+            | Fault::ServoSilent
+            | Fault::ServoReset
+            | Fault::SamplesLost
+            | Fault::SamplesRare
+            | Fault::Overrun
+            | Fault::Clock
+            | Fault::ServoAlarm
+            | Fault::FirmwareChanged
+            | Fault::Corrupted => false,
+        };
+        if may_be_corruption && !self.config.is_intact() {
+            Violation::plain(Fault::Corrupted)
+        } else {
+            violation
+        }
+    }
+
+    /// Applies an event to the supervisor.
+    ///
+    /// # Errors
+    /// The refusal for the host; the state is unchanged.
+    pub fn apply(&mut self, event: Event) -> Result<(), Refusal> {
+        let action = self.supervisor.apply(event)?;
+        self.perform(action);
+        Ok(())
+    }
+
+    /// Carries out an action of the supervisor.
+    fn perform(&mut self, action: Action) {
+        let bus_action = match action {
+            Action::Keep | Action::Hold => return,
+            Action::SwitchOff => {
+                self.next = ActuatorCommand::OFF;
+                return;
+            }
+            Action::Repeat => {
+                // The next tick is soon enough, and an action before it goes further.
+                self.bus_action.get_or_insert(BusAction::RepeatOff);
+                return;
+            }
+            Action::Energise => {
+                self.next = ActuatorCommand::OFF;
+                self.control_loop.reset_command(self.now_us);
+                self.control_loop.restart_monitors();
+                self.control_loop.reset_estimate();
+                return;
+            }
+            Action::Halt => {
+                self.next = ActuatorCommand::OFF;
+                BusAction::Halt
+            }
+            Action::Search => BusAction::Search,
+            Action::HandOver => BusAction::HandOver,
+        };
+        // The bus action does not wait for the next tick.
+        self.next_start_us = self.now_us;
+        self.bus_action = Some(bus_action);
+    }
+
+    /// Turns a bit of the memory on which ticks depend, chosen by `draw`, for tests.
+    pub fn inject_error(&mut self, region: MemoryRegion, draw: u32) {
+        match region {
+            MemoryRegion::Config => self.config.inject_error(draw),
+            MemoryRegion::State => self.supervisor.inject_error(draw),
+            MemoryRegion::Drive => self.control_loop.inject_error(draw),
+            MemoryRegion::Reference => self.control_loop.inject_reference_error(draw),
+        }
+    }
+
+    /// Trips if the state word is invalid.
+    pub fn check_state(&mut self) {
+        if !self.supervisor.is_intact() {
+            self.trip(Violation::plain(Fault::Corrupted));
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! Commands of the host, validated once into a type that cannot be invalid.
+//!
+//! [`validate`] checks all that does not depend on the board's state, and does the work
+//! that has no place in a tick; the [`supervisor`](crate::supervisor) decides whether a
+//! command may be taken now.
+
+use crate::control_loop::ControlConfig;
+use crate::control_loop::limits::REFERENCE_MAX_RAD;
+use crate::control_loop::reference::TimedTrajectory;
+use armbridge_control::trajectory::stream::Point;
+use armbridge_link::experiment::Experiment;
+use armbridge_link::limits::hard;
+use armbridge_link::message::{Command, Limits, Refusal};
+use armbridge_servo::JOINTS;
+
+/// A command whose values are all within their bounds.
+#[derive(Clone, Debug)]
+pub enum ValidatedCommand {
+    /// Torque off.
+    Idle,
+    /// Arm; the session has been checked.
+    Arm,
+    /// Constant torques in N m.
+    Torque([f32; JOINTS]),
+    /// Hold the arm at these angles in rad.
+    Regulate([f32; JOINTS]),
+    /// Report the start point of a motion.
+    StartPoint,
+    /// Follow a planned motion.
+    Follow(TimedTrajectory),
+    /// Follow a stream of which this is the next point.
+    Stream(Point<f32>),
+    /// Experiment; its shape has been checked.
+    Experiment(Experiment),
+    /// Make stock servos ready for torque.
+    Prepare,
+    /// Leave the bus to the transparent port.
+    Release,
+    /// Clear a fault.
+    ClearFault,
+    /// Another set-up; its gains have been designed.
+    Install(ControlConfig),
+    /// Other limits, within their hard bounds.
+    Limit(Limits),
+    /// Permit the settings to be written now.
+    Save,
+}
+
+/// Validates a command for this session of the board, and does the work that has no place
+/// in the tick. `arm_refusal` is the reason for which the link's side does not arm now.
+///
+/// # Errors
+/// The reason for the refusal.
+pub fn validate(
+    command: Command,
+    session: u32,
+    arm_refusal: Option<Refusal>,
+) -> Result<ValidatedCommand, Refusal> {
+    let within = |values: [f32; JOINTS], limit: f32| {
+        // NaN is out of every range.
+        values
+            .iter()
+            .all(|value| value.abs() <= limit)
+            .then_some(values)
+    };
+    match command {
+        Command::Idle => Ok(ValidatedCommand::Idle),
+        Command::Arm { session: stated } if stated != session => Err(Refusal::OtherSession),
+        Command::Arm { .. } => arm_refusal.map_or(Ok(ValidatedCommand::Arm), Err),
+        Command::Torque(torque) => within(torque, hard::TORQUE_NM)
+            .map(ValidatedCommand::Torque)
+            .ok_or(Refusal::OutOfRange),
+        Command::Regulate(reference) => within(reference, REFERENCE_MAX_RAD)
+            .map(ValidatedCommand::Regulate)
+            .ok_or(Refusal::OutOfRange),
+        Command::Follow(_) => Ok(ValidatedCommand::StartPoint),
+        Command::Stream {
+            at_us,
+            angle_rad,
+            speed_rad_s,
+        } => Ok(ValidatedCommand::Stream(Point {
+            at_us,
+            q: angle_rad.into(),
+            dq: speed_rad_s.map(Into::into),
+        })),
+        Command::Experiment(plan) => match plan.check() {
+            Ok(()) => Ok(ValidatedCommand::Experiment(plan)),
+            Err(objection) => Err(Refusal::Experiment(objection)),
+        },
+        Command::Prepare => Ok(ValidatedCommand::Prepare),
+        Command::Release => Ok(ValidatedCommand::Release),
+        Command::ClearFault => Ok(ValidatedCommand::ClearFault),
+        Command::Configure(setup) => ControlConfig::build(&setup).map(ValidatedCommand::Install),
+        Command::Limit(limits) if limits.is_valid() => Ok(ValidatedCommand::Limit(limits)),
+        Command::Limit(_) => Err(Refusal::OutOfRange),
+        Command::Save => Ok(ValidatedCommand::Save),
+    }
+}

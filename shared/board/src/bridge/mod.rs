@@ -1,0 +1,291 @@
+//! The application: core, bus and link combined.
+//!
+//! ```text
+//!        LinkPort, PortEnd (thread)                          servo UART (interrupt)
+//!              | commands, signals    records, notifications       | bytes
+//!      +-------v------------------------------------^--+   +-------v--------+
+//!      |                   Channels                    |   |  BusSequencer  |
+//!      +-------+------------------------------------^--+   +---^-------+----+
+//!              |                                    |          |permit,|samples
+//!      +-------v------------------------------------+----------+command|-----+
+//!      |                            Bridge                             v     |
+//!      |       Core: Supervisor - permission;  ControlLoop - commands        |
+//!      +---------------------------------------------------------------------+
+//! ```
+//!
+//! One tick, at the running period:
+//!
+//! ```text
+//! start   SYNC_WR(PWM decided last tick)  CYCLE -> positions   poll  -> Sampled
+//!         ControlLoop::step -> PWM for next tick               decide
+//!         record -> channels                                   publish
+//! ```
+//!
+//! The PWM is sent at the start of the tick after the one that decided it, so
+//! the delay from sample to torque is always one period, and the prediction
+//! accounts for it.
+//!
+//! [`Bridge`] belongs in the highest-priority interrupt; [`LinkPort`] in thread
+//! mode. They share [`Channels`] and nothing else. In each poll the bridge takes stops,
+//! hellos and commands, passes the supervisor's permission to the sequencer, and then
+//! advances the sequencer: no use of the bus outlasts its permission.
+//!
+//! | module         | content                                                 |
+//! |----------------|---------------------------------------------------------|
+//! | [`app_core`]   | supervisor and control loop, without bus and queues     |
+//! | [`command`]    | commands of the host, validated                         |
+//! | `requests`     | requests of the host, in the tick                       |
+//! | `bus_events`   | events of the bus, and actions of the core              |
+//! | `temperature`  | temperatures of the servos, and their limits            |
+//! | `link_port`    | the board's end of the control link                     |
+//! | [`gateway`]    | the transparent port                                    |
+//! | [`supply`]     | permission of the servos' supply                        |
+//! | `channels`     | queues between tick and thread mode                     |
+//! | `signals`      | signals of the host to the tick                         |
+
+pub mod app_core;
+mod bus_events;
+mod channels;
+pub mod command;
+pub mod gateway;
+mod link_port;
+mod queue;
+mod requests;
+mod signals;
+pub mod supply;
+mod temperature;
+
+pub use crate::control_loop::limits;
+pub use crate::control_loop::{can_run, permits, settings_refusal};
+pub use channels::{BridgeEnd, Channels, LinkEnd, QueueWatch};
+pub use link_port::LinkPort;
+
+use armbridge_servo::bus::Bus;
+use core::convert::Infallible;
+
+use crate::control_loop::{LoopConfig, Violation};
+use crate::sequencer::{BusPermission, BusSequencer, Dropouts};
+use crate::supervisor::State;
+pub use app_core::MemoryRegion;
+use app_core::{Core, TickSamples};
+use armbridge_link::message::{Fault, Mode, Record, Refusal, Settings};
+use armbridge_servo::JOINTS;
+use armbridge_servo::ServoId;
+use gateway::Gateway;
+use supply::{Supply, SupplyPermission};
+use temperature::Temperatures;
+
+/// Servo ids, joint by joint: the first joint's servo is 1, the second's 2.
+pub const SERVO_IDS: [ServoId; JOINTS] = match (ServoId::new(1), ServoId::new(2)) {
+    (Some(first), Some(second)) => [first, second],
+    _ => unreachable!(),
+};
+
+/// Step that [`Bridge::poll`] completed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// This tick's samples are in: call [`Bridge::decide`], then
+    /// [`Bridge::publish`].
+    Sampled,
+    /// A step of bring-up or of the stop sequence, or a check while the bus is lent;
+    /// torque is off.
+    Searching,
+    /// An idle slot of a tick has been used.
+    Served,
+}
+
+/// The application, as seen from the tick.
+pub struct Bridge<'a, B> {
+    sequencer: BusSequencer<B>,
+    end: BridgeEnd<'a>,
+    core: Core,
+    gateway: Gateway,
+    supply: Supply,
+    /// Samples of the last tick.
+    sampled: TickSamples,
+    temperatures: Temperatures,
+    /// Record of the last decided tick, with the number of dropped records.
+    record: Record,
+    /// Total time in µs by which the clock has gone back.
+    set_back_us: u64,
+}
+
+impl<'a, B: Bus> Bridge<'a, B> {
+    /// A bridge that will begin with the stop sequence.
+    ///
+    /// # Errors
+    /// A [`Refusal`] if no controller exists for the set-up; one does for the
+    /// default.
+    pub fn new(
+        bus: B,
+        end: BridgeEnd<'a>,
+        now_us: u64,
+        settings: &Settings,
+    ) -> Result<Self, Refusal> {
+        Ok(Self {
+            core: Core::new(LoopConfig::build(settings)?, now_us),
+            sequencer: BusSequencer::new(bus, SERVO_IDS, now_us),
+            end,
+            gateway: Gateway::default(),
+            supply: Supply::new(now_us),
+            sampled: TickSamples::NONE,
+            temperatures: Temperatures::default(),
+            record: Record::NONE,
+            set_back_us: 0,
+        })
+    }
+
+    /// Advances the bus as far as it goes.
+    ///
+    /// # Errors
+    /// `WouldBlock` when there is nothing to do before [`Bridge::wake_at_us`]
+    /// or until the serial port has an event.
+    pub fn poll(&mut self, now_us: u64) -> nb::Result<Progress, Infallible> {
+        let now_us = self.monotonic_now(now_us);
+        self.core.check_state();
+        self.apply_core_actions();
+        if self.end.signals.has_news() {
+            self.take_requests();
+        }
+        self.poll_client();
+        self.sequencer.permit(self.bus_permission(), now_us);
+        if let Some(event) = self.sequencer.poll(now_us) {
+            let progress = self.take_bus_event(event);
+            self.relay_tapped_bytes();
+            return Ok(progress);
+        }
+        self.relay_tapped_bytes();
+        let tick_due_us = self.core.next_start_us();
+        if !self.sequencer.is_idle() {
+            return Err(nb::Error::WouldBlock);
+        }
+        if self.sequencer.is_lent() {
+            self.relay();
+        } else if self.sequencer.is_ticking() {
+            let is_due = now_us >= tick_due_us;
+            let is_slot = !is_due || self.sequencer.is_check_due();
+            if !(is_slot && self.use_idle_slot(tick_due_us)) {
+                if is_due {
+                    self.begin_tick();
+                } else {
+                    self.serve_client(tick_due_us);
+                }
+            }
+        }
+        Err(nb::Error::WouldBlock)
+    }
+
+    /// The supervisor's permission for the bus.
+    fn bus_permission(&self) -> BusPermission {
+        match self.core.state() {
+            State::Boot => BusPermission::Search,
+            State::Idle | State::Fault => BusPermission::Off,
+            State::Armed => BusPermission::Armed,
+            State::MotorCheck | State::Running | State::Degraded => BusPermission::Drive,
+            State::Passthrough => BusPermission::Lend,
+        }
+    }
+
+    /// Permission of the servos' supply, after each poll.
+    pub fn supply(&mut self) -> SupplyPermission {
+        let is_off = self.sequencer.is_off_confirmed();
+        self.supply
+            .update(self.core.now_us(), self.core.mode(), is_off)
+    }
+
+    /// Latest time of the next poll.
+    pub fn wake_at_us(&self) -> u64 {
+        let wake_us = self.sequencer.wake_at_us(self.core.next_start_us());
+        let wake_us = if self.sequencer.is_idle() {
+            wake_us.min(self.client_wake_us())
+        } else {
+            wake_us
+        };
+        wake_us.saturating_sub(self.set_back_us)
+    }
+
+    /// Monotonic time of the bridge: a clock that jumps back is a fault, and does not delay
+    /// the stop.
+    fn monotonic_now(&mut self, clock_us: u64) -> u64 {
+        let now_us = clock_us.saturating_add(self.set_back_us);
+        let back_us = self.core.now_us().saturating_sub(now_us);
+        let now_us = now_us.max(self.core.now_us());
+        self.core.set_time(now_us);
+        if back_us > 0 {
+            self.set_back_us += back_us;
+            self.trip(Violation {
+                value: back_us as f32 * 1e-6,
+                ..Violation::plain(Fault::Clock)
+            });
+        }
+        now_us
+    }
+
+    /// Number of received bytes that makes an earlier poll useful, if any.
+    pub fn bytes_wanted(&self) -> Option<usize> {
+        self.sequencer.bytes_wanted()
+    }
+
+    /// The bridge's mode.
+    pub fn mode(&self) -> Mode {
+        self.core.mode()
+    }
+
+    /// Number of the tick under way, as in its record.
+    pub fn tick(&self) -> u32 {
+        self.core.tick()
+    }
+
+    /// Turns a bit of the memory on which ticks depend, chosen by `draw`, for tests.
+    pub fn inject_error(&mut self, region: MemoryRegion, draw: u32) {
+        self.core.inject_error(region, draw);
+    }
+
+    // The tick
+
+    /// Puts the decided command in force and keeps the schedule.
+    fn begin_tick(&mut self) {
+        let least_us = self.sequencer.least_period_us();
+        // A waiting client gets the margin.
+        let available_us = if self.gateway.is_waiting() {
+            least_us
+        } else {
+            self.core.period_us(least_us)
+        };
+        let command = self.core.begin_tick(least_us);
+        self.apply_core_actions();
+        self.sequencer
+            .permit(self.bus_permission(), self.core.now_us());
+        let (tick, dropouts) = (self.core.tick(), self.dropouts());
+        self.sequencer
+            .begin_tick(command.pwm, tick, &dropouts, available_us);
+    }
+
+    fn dropouts(&self) -> Dropouts {
+        Dropouts {
+            in_row: core::array::from_fn(|joint| self.core.lost_in_row(joint)),
+            allowed: self.core.config().dropout_ticks(),
+        }
+    }
+
+    fn use_idle_slot(&mut self, tick_due_us: u64) -> bool {
+        let dropouts = self.dropouts();
+        self.sequencer.use_idle_slot(tick_due_us, &dropouts)
+    }
+
+    /// Decides the tick. Measure its duration for [`Bridge::publish`].
+    pub fn decide(&mut self) {
+        self.core.decide(&self.sampled, &mut self.record);
+        self.apply_core_actions();
+    }
+
+    /// Publishes the tick's record. True if the tick began in time and passed every state
+    /// machine: feed the watchdog then.
+    pub fn publish(&mut self, compute_ns: u32) -> bool {
+        self.record.timing.compute_ns = compute_ns;
+        if self.end.records.enqueue(self.record).is_err() {
+            self.record.dropped = self.record.dropped.wrapping_add(1);
+        }
+        self.core.may_feed_watchdog()
+    }
+}

@@ -1,0 +1,144 @@
+//! Requests of the host, handled in the tick.
+
+use armbridge_servo::bus::Bus;
+
+use super::Bridge;
+use super::app_core::BusFacts;
+use super::channels::{HostRequest, Notification};
+use super::command::ValidatedCommand;
+use crate::control_loop::Violation;
+use crate::supervisor::{Event, State};
+use armbridge_link::message::{Fault, Refusal, StopSource};
+use armbridge_servo::Firmware;
+
+impl<B: Bus> Bridge<'_, B> {
+    /// Takes stops, goodbyes and hellos, then commands of the present epoch. Not inlined: a
+    /// command has variables of some kB, and most polls have none.
+    #[inline(never)]
+    pub(super) fn take_requests(&mut self) {
+        let mut has_left = self.take_signals();
+        while let Some(request) = self.end.take_request() {
+            if !self.end.is_present(&request) {
+                // The signal that began its epoch may be new.
+                has_left |= self.take_signals();
+            }
+            if self.end.is_present(&request) {
+                self.core.note_host();
+                self.take_command(request);
+            } else {
+                let notification = Notification::Dropped(request.sequence);
+                let _ = self.end.notifications.enqueue(notification);
+            }
+        }
+        if has_left {
+            // Never refused.
+            let _ = self.apply(Event::Disarm);
+        }
+    }
+
+    /// Takes the signals. Returns whether a host has left, whose last commands precede its
+    /// goodbye.
+    fn take_signals(&mut self) -> bool {
+        let signals = self.end.signals.take();
+        if let Some(source) = signals.stop {
+            self.emergency_stop(source);
+        }
+        if signals.heartbeat {
+            self.core.note_host();
+        }
+        if signals.hello {
+            if signals.goodbye {
+                // Never refused.
+                let _ = self.apply(Event::Disarm);
+            }
+            self.begin_session();
+        }
+        signals.goodbye && !signals.hello
+    }
+
+    /// Takes a hello of the host, which disarms.
+    fn begin_session(&mut self) {
+        self.core.begin_session();
+        self.apply_core_actions();
+        let _ = self
+            .end
+            .notifications
+            .enqueue(Notification::Began(self.core.moment()));
+        self.announce();
+        if let Some(trip) = self.core.cause() {
+            let _ = self.end.notifications.enqueue(Notification::Tripped(trip));
+            // An earlier host may have had the report.
+            if let Some(report) = self.sequencer.last_off_report() {
+                let _ = self.end.notifications.enqueue(Notification::Off(report));
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn take_command(&mut self, request: HostRequest) {
+        let HostRequest {
+            sequence, command, ..
+        } = request;
+        self.gateway.claim(self.core.now_us());
+        let moment = self.core.moment();
+        let notification = if matches!(command, ValidatedCommand::StartPoint) {
+            self.core.start_point().map_or_else(
+                |refusal| Notification::Ack(sequence, Err(refusal), moment),
+                |start| Notification::StartPoint(sequence, start, moment),
+            )
+        } else {
+            Notification::Ack(sequence, self.perform(command), moment)
+        };
+        // Lost if the host does not fetch them: it repeats its hello.
+        let _ = self.end.notifications.enqueue(notification);
+    }
+
+    fn perform(&mut self, command: ValidatedCommand) -> Result<(), Refusal> {
+        let bus = BusFacts {
+            is_prepared: self.sequencer.is_prepared(),
+            least_period_us: self.sequencer.least_period_us(),
+            is_stop_settled: self.sequencer.is_settled(),
+            hot_joint: self.hot_joint(),
+            encoder_refusal: self.core.encoder_refusal(),
+        };
+        let is_stock = self.sequencer.firmware() == Firmware::Stock;
+        let prepares = matches!(command, ValidatedCommand::Prepare) && !bus.is_prepared;
+        let restores = matches!(command, ValidatedCommand::Release) && is_stock;
+        let result = self.core.command(command, bus);
+        self.apply_core_actions();
+        if result.is_ok() && prepares {
+            self.sequencer.prepare();
+        } else if result.is_ok() && restores {
+            self.sequencer.restore();
+        }
+        result
+    }
+
+    /// The joint whose servo is too hot to be armed or, after a fault of its temperature, to
+    /// clear that.
+    fn hot_joint(&self) -> Option<u8> {
+        let (firmware, limits) = (self.sequencer.firmware(), self.core.config().limits());
+        match self.core.cause() {
+            Some(trip) if trip.fault == Fault::Temperature => {
+                self.temperatures.uncooled_joint(firmware, limits)
+            }
+            Some(_) | None => self.temperatures.hot_joint(firmware, limits),
+        }
+    }
+
+    /// Stops in an emergency: the stop sequence begins when the exchange under way is over,
+    /// within a tick. A repeated stop of the host begins it again; a switch that is held, a crystal
+    /// that fails, or garbage that goes on, has the order repeated by the ticks.
+    pub fn emergency_stop(&mut self, source: StopSource) {
+        let is_again = self.core.state() == State::Fault;
+        self.trip(Violation::plain(Fault::EmergencyStop(source)));
+        self.supply.stop();
+        match source {
+            _ if !is_again => {}
+            StopSource::Host => self.sequencer.force_off(self.core.now_us()),
+            StopSource::Pin | StopSource::Flood | StopSource::Crystal => {
+                self.sequencer.repeat_off();
+            }
+        }
+    }
+}

@@ -1,0 +1,367 @@
+//! Loop configuration: all parameters of a tick; no tick changes them.
+//!
+//! Its construction includes a Riccati solution, too long for a tick. The link's side
+//! builds the configuration, and the control loop takes the result as a whole.
+//!
+//! # Memory faults
+//!
+//! A configuration lies in RAM for hours. A bit that turns there, by a fault of
+//! the memory or of the program, changes the torque without a command.
+//! Each part of it carries a [`CheckWord`], taken where the part was built;
+//! [`LoopConfig::check_section`] compares one in a tick, so that all are compared
+//! within [`CHECK_US`].
+
+use core::num::NonZeroU32;
+use nalgebra::{Matrix2x4, SMatrix, Vector2};
+
+use super::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
+use super::monitors::{JointBalance, MonitorConfig};
+use armbridge_control::actuator::Joint;
+use armbridge_control::arm::{Discrete, Parameters, Posture, State};
+use armbridge_control::check_word::{CheckWord, Checked};
+use armbridge_control::controller::{
+    ComputedTorque, Controller, DryFriction, IntegralAction, Lqr, Tuning, Weights, computed_torque,
+};
+use armbridge_control::design::stability::{self, Eigenvalue};
+use armbridge_control::estimate::{self, Config, Estimator};
+use armbridge_link::limits::Limits;
+use armbridge_link::message::{self, Gains, Refusal, Settings, Setup};
+use armbridge_servo::JOINTS;
+
+/// Time constant in s of the fading torque offset: slow beside the loop's own 50 ms,
+/// so that the disturbance is small, and over within half a second.
+const FADE_S: f32 = 0.1;
+
+/// Time in which every part of the configuration is compared with its check word.
+/// With the stop that follows, torque is off within 20 ms.
+pub const CHECK_US: u32 = 8_000;
+
+/// Parts of the configuration that are compared one at a time.
+const SECTIONS: u32 = 4;
+
+/// Whether a board can run with these settings: every limit is within its hard
+/// bound, and there is a controller for the set-up.
+pub fn can_run(settings: &Settings) -> bool {
+    settings_refusal(settings).is_none()
+}
+
+/// The refusal of these settings by a board; `None` if it accepts them.
+pub fn settings_refusal(settings: &Settings) -> Option<Refusal> {
+    LoopConfig::build(settings).err()
+}
+
+/// All parameters of a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoopConfig {
+    pub(super) control: ControlConfig,
+    pub(super) monitors: MonitorConfig,
+    monitors_check: CheckWord,
+}
+
+/// Estimator, controller and actuators for one period.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControlConfig {
+    period_us: NonZeroU32,
+    pub(super) arm: Parameters<f32>,
+    pub(super) joints: [Joint<f32>; JOINTS],
+    pub(super) estimator: Estimator<f32>,
+    /// Whether the estimator's model has dry friction and so gets the whole torque.
+    pub(super) knows_friction: bool,
+    pub(super) controller: Controller<f32>,
+    pub(super) integral: Option<IntegralAction<f32>>,
+    pub(super) friction: DryFriction<f32>,
+    /// Factor of the torque offset per period.
+    pub(super) fade: f32,
+    checks: [CheckWord; SECTIONS as usize - 1],
+}
+
+impl LoopConfig {
+    /// Builds the configuration for these settings.
+    ///
+    /// # Errors
+    /// The refusal of a board.
+    pub fn build(settings: &Settings) -> Result<Self, Refusal> {
+        if !settings.limits.is_valid() {
+            return Err(Refusal::OutOfRange);
+        }
+        let control = ControlConfig::build(&settings.setup)?;
+        Ok(Self::from_parts(&control, settings.limits))
+    }
+
+    /// The configuration with these [valid](Limits::is_valid) limits.
+    pub(crate) fn from_parts(control: &ControlConfig, limits: Limits) -> Self {
+        let monitors = MonitorConfig::new(limits, &control.joints, control.period_us.get());
+        Self {
+            control: *control,
+            monitors,
+            monitors_check: CheckWord::compute(&monitors),
+        }
+    }
+
+    /// The same limits with another set-up.
+    pub(crate) fn with_control(&self, control: &ControlConfig) -> Self {
+        let is_same_period = control.period_us == self.control.period_us;
+        if is_same_period && self.has_joints(control) {
+            return Self {
+                control: *control,
+                ..*self
+            };
+        }
+        Self::from_parts(control, *self.limits())
+    }
+
+    /// The same set-up with other [valid](Limits::is_valid) limits.
+    pub(crate) fn with_limits(&self, limits: Limits) -> Self {
+        Self::from_parts(&self.control, limits)
+    }
+
+    /// Whether the servos' calibration is that of `control`.
+    pub(crate) fn has_joints(&self, control: &ControlConfig) -> bool {
+        self.control.joints == control.joints
+    }
+
+    /// Tick period in µs.
+    pub fn period_us(&self) -> NonZeroU32 {
+        self.control.period_us
+    }
+
+    /// The limits in force.
+    pub fn limits(&self) -> &Limits {
+        self.monitors.limits()
+    }
+
+    /// Largest number of consecutive missing samples of a joint.
+    pub fn dropout_ticks(&self) -> u32 {
+        self.monitors.dropout_ticks()
+    }
+
+    /// Balance of each joint in this posture and state; `rest_nm` is gravity less the torque of
+    /// the motor, in N m.
+    pub(super) fn balance(
+        &self,
+        posture: &Posture<f32>,
+        state: &State<f32>,
+        rest_nm: Vector2<f32>,
+    ) -> [JointBalance; JOINTS] {
+        let arm = &self.control.arm;
+        let inertia = posture.mass_diagonal(arm);
+        let unmet_nm = arm.viscous_torque(state.dq) + rest_nm;
+        core::array::from_fn(|joint| JointBalance {
+            inertia: inertia[joint],
+            unmet_nm: unmet_nm[joint],
+        })
+    }
+
+    /// Whether one section of the configuration is as it was built; `section` counts modulo
+    /// their number.
+    pub fn check_section(&self, section: u32) -> bool {
+        match self.control.checks.get((section % SECTIONS) as usize) {
+            Some(check) => self.control.section(section % SECTIONS) == *check,
+            None => CheckWord::compute(&self.monitors) == self.monitors_check,
+        }
+    }
+
+    /// Whether the whole configuration is as it was built.
+    pub fn is_intact(&self) -> bool {
+        (0..SECTIONS).all(|section| self.check_section(section))
+    }
+
+    /// Number of sections that a tick compares, and number of ticks from one comparison to
+    /// the next.
+    pub fn check_pace(&self) -> (u32, u32) {
+        let turn_us = CHECK_US / SECTIONS;
+        let period_us = self.period_us().get();
+        (
+            period_us.div_ceil(turn_us).min(SECTIONS),
+            (turn_us / period_us).max(1),
+        )
+    }
+
+    /// Turns a bit of a number that the tick computes with, chosen by `draw`, for
+    /// tests.
+    pub fn inject_error(&mut self, draw: u32) {
+        let [a, b] = &mut self.control.joints;
+        let arm = &mut self.control.arm;
+        let numbers = [
+            &mut arm.i1x,
+            &mut arm.l1,
+            &mut arm.m2,
+            &mut self.control.fade,
+            &mut a.zero_count,
+            &mut a.gain_counts_per_nm,
+            &mut b.rad_per_count,
+            &mut b.offset_counts,
+        ];
+        let count = numbers.len() as u32;
+        let bit = 1 << (draw / count % 32);
+        if let Some(number) = numbers.into_iter().nth((draw % count) as usize) {
+            *number = f32::from_bits(number.to_bits() ^ bit);
+        }
+    }
+}
+
+impl ControlConfig {
+    /// Designs estimator and controller of `setup`.
+    ///
+    /// # Errors
+    /// The reason why one does not exist.
+    pub fn build(setup: &Setup) -> Result<Self, Refusal> {
+        if !(PERIOD_MIN_US..=PERIOD_MAX_US).contains(&setup.period_us) {
+            return Err(Refusal::OutOfRange);
+        }
+        let period_us = NonZeroU32::new(setup.period_us).ok_or(Refusal::OutOfRange)?;
+        let period_s = setup.period_us as f32 * 1e-6;
+        let arm = setup.arm;
+        let friction_is_valid = setup.friction_nm.iter().all(|nm| (0.0..=1.0).contains(nm));
+        if !(arm.is_valid() && setup.joints.iter().all(Joint::is_valid) && friction_is_valid) {
+            return Err(Refusal::OutOfRange);
+        }
+        let estimator = setup
+            .estimator
+            .build(&arm, period_s)
+            .map_err(|error| match error {
+                estimate::Error::Unstable(Eigenvalue { re, im }) => {
+                    Refusal::UnstableObserver { re, im }
+                }
+                _ => Refusal::OutOfRange,
+            })?;
+        let model = arm.linearise(Vector2::zeros()).zero_order_hold(period_s);
+        let controller = controller(setup, &model, period_s)?;
+        let integral = integral(
+            setup.integral,
+            &controller.upright_gain(&arm),
+            &model,
+            period_s,
+        )?;
+        let knows_friction =
+            matches!(setup.estimator, Config::Kalman(tuning) if tuning.coulomb_nm > 0.0);
+        let mut config = Self {
+            period_us,
+            arm,
+            joints: setup.joints,
+            estimator,
+            knows_friction,
+            controller,
+            integral,
+            friction: DryFriction::of(setup.friction_nm),
+            fade: FADE_S / (period_s + FADE_S),
+            checks: [CheckWord::compute(&0_u32); SECTIONS as usize - 1],
+        };
+        config.checks = core::array::from_fn(|section| config.section(section as u32));
+        Ok(config)
+    }
+
+    /// Tick period in µs.
+    pub fn period_us(&self) -> NonZeroU32 {
+        self.period_us
+    }
+
+    /// Check word of one section.
+    fn section(&self, section: u32) -> CheckWord {
+        let mut sum = CheckWord::compute(&section);
+        match section {
+            0 => {
+                self.period_us.get().check(&mut sum);
+                self.arm.check(&mut sum);
+                self.joints.check(&mut sum);
+                self.fade.check(&mut sum);
+            }
+            1 => {
+                self.estimator.check(&mut sum);
+                self.knows_friction.check(&mut sum);
+            }
+            _ => {
+                self.controller.check(&mut sum);
+                self.integral.check(&mut sum);
+                self.friction.check(&mut sum);
+            }
+        }
+        sum
+    }
+
+    /// Joint angles in rad for encoder counts.
+    pub(super) fn angles(&self, counts: [Option<u16>; JOINTS]) -> [Option<f32>; JOINTS] {
+        core::array::from_fn(|i| counts[i].map(|count| self.joints[i].angle(count)))
+    }
+}
+
+fn controller(
+    setup: &Setup,
+    model: &Discrete<f32>,
+    period_s: f32,
+) -> Result<Controller<f32>, Refusal> {
+    match setup.controller {
+        message::Controller::StateFeedback(gains) => {
+            state_feedback(gains, model).map(Controller::StateFeedback)
+        }
+        message::Controller::ComputedTorque {
+            natural_rad_s,
+            damping,
+        } => {
+            let tuning = Tuning {
+                natural_rad_s,
+                damping,
+            };
+            ComputedTorque::new(&tuning, period_s)
+                .map(Controller::ComputedTorque)
+                .map_err(|error| match error {
+                    computed_torque::Error::Unstable { radius, .. } => Refusal::Unstable {
+                        re: radius,
+                        im: 0.0,
+                    },
+                    computed_torque::Error::Period
+                    | computed_torque::Error::Natural { .. }
+                    | computed_torque::Error::Damping { .. } => Refusal::OutOfRange,
+                })
+        }
+    }
+}
+
+/// State feedback with these gains, if it stabilises the model.
+fn state_feedback(gains: Gains, model: &Discrete<f32>) -> Result<Lqr<f32>, Refusal> {
+    let lqr = match gains {
+        // Designed for one period, so it is checked for the running one.
+        Gains::Paper => Lqr::paper(),
+        Gains::Design { q, r } => {
+            let weights = Weights { q, r };
+            if !weights.is_valid() {
+                return Err(Refusal::OutOfRange);
+            }
+            return Lqr::design(model, &weights).map_err(|_| Refusal::NoGains);
+        }
+        Gains::Given([first, second]) => Lqr::of_rows(first, second),
+    };
+    decays(&(model.a - model.b * lqr.gain))?;
+    Ok(lqr)
+}
+
+/// Integral action with these gains, if any is not 0 and the loop with it is stable.
+fn integral(
+    gains: [f32; JOINTS],
+    feedback: &Matrix2x4<f32>,
+    model: &Discrete<f32>,
+    period_s: f32,
+) -> Result<Option<IntegralAction<f32>>, Refusal> {
+    if !gains.iter().all(|gain| *gain >= 0.0) {
+        return Err(Refusal::OutOfRange);
+    }
+    if gains.iter().all(|gain| *gain <= 0.0) {
+        return Ok(None);
+    }
+    let integral = IntegralAction::new(gains, period_s);
+    decays(&integral.closed_loop(model, feedback))?;
+    Ok(Some(integral))
+}
+
+/// Refuses a closed loop that grows.
+fn decays<const N: usize>(closed: &SMatrix<f32, N, N>) -> Result<(), Refusal> {
+    let eigenvalue = stability::dominant(closed).ok_or(Refusal::OutOfRange)?;
+    if eigenvalue.radius() < 1.0 {
+        Ok(())
+    } else {
+        Err(Refusal::Unstable {
+            re: eigenvalue.re,
+            im: eigenvalue.im,
+        })
+    }
+}

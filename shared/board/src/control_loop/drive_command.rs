@@ -1,0 +1,140 @@
+//! Drive command: the source that drives the motors, stored so that a turned bit is detected.
+//!
+//! The source is a word that differs from any other source's in 12 bits. A [`CheckWord`]
+//! covers it, the constant torque and the age of the command; every tick compares it
+//! before it drives anything.
+
+use armbridge_control::check_word::{CheckWord, checked, decode};
+use armbridge_link::message::Drive;
+use armbridge_servo::JOINTS;
+
+/// See the [module](self).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DriveCommand {
+    words: Words,
+    check: CheckWord,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Words {
+    drive: u32,
+    torque_nm: [f32; JOINTS],
+    commanded_us: u64,
+}
+
+checked!(Words {
+    drive,
+    torque_nm,
+    commanded_us,
+});
+
+/// Code words: Walsh functions, with the index of the source in the last three bits.
+const DRIVES: [(Drive, u32); 5] = [
+    (Drive::Torque, 0x5555_5550),
+    (Drive::Regulate, 0x3333_3331),
+    (Drive::Track, 0x0F0F_0F0A),
+    (Drive::Hold, 0x00FF_00FB),
+    (Drive::Experiment, 0x6969_696C),
+];
+
+impl DriveCommand {
+    /// A command of this source, at this time in µs; torques are those of
+    /// [`Drive::Torque`].
+    pub(super) fn new(drive: Drive, torque_nm: [f32; JOINTS], commanded_us: u64) -> Self {
+        let known = DRIVES.iter().find(|(known, _)| *known == drive);
+        let words = Words {
+            drive: known.map_or(0, |(_, word)| *word),
+            torque_nm,
+            commanded_us,
+        };
+        Self {
+            words,
+            check: CheckWord::compute(&words),
+        }
+    }
+
+    /// The same command with another source.
+    pub(super) fn with_drive(&self, drive: Drive) -> Self {
+        self.continued(drive, self.words.commanded_us)
+    }
+
+    /// This command, continued by another source from this time on. One that is corrupted keeps
+    /// its check word, which shows that at the next tick.
+    pub(super) fn continued(&self, drive: Drive, commanded_us: u64) -> Self {
+        let renewed = Self::new(drive, self.words.torque_nm, commanded_us);
+        if self.is_intact() {
+            renewed
+        } else {
+            Self {
+                check: self.check,
+                ..renewed
+            }
+        }
+    }
+
+    /// The source; [`Drive::Hold`] if the word is invalid.
+    pub(super) fn drive(&self) -> Drive {
+        self.known().unwrap_or(Drive::Hold)
+    }
+
+    fn known(&self) -> Option<Drive> {
+        decode(self.words.drive, &DRIVES)
+    }
+
+    /// Constant torques in N m.
+    pub(super) fn torque_nm(&self) -> [f32; JOINTS] {
+        self.words.torque_nm
+    }
+
+    /// Age of the command at this time, in µs.
+    pub(super) fn age_us(&self, now_us: u64) -> u64 {
+        now_us.saturating_sub(self.words.commanded_us)
+    }
+
+    /// Whether the command is as it was written.
+    pub(super) fn is_intact(&self) -> bool {
+        self.known().is_some() && CheckWord::compute(&self.words) == self.check
+    }
+
+    /// Turns a bit, chosen by `draw`, for tests.
+    pub(super) fn inject_error(&mut self, draw: u32) {
+        let (word, bit) = (draw / u32::BITS, draw % u32::BITS);
+        match self.words.torque_nm.get_mut(word as usize) {
+            Some(torque) => *torque = f32::from_bits(torque.to_bits() ^ 1 << bit),
+            None if word % 2 == 0 => self.words.drive ^= 1 << bit,
+            None => self.words.commanded_us ^= 1 << (bit + draw / 256 % 2 * 32),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_far_apart() {
+        for (index, (drive, word)) in DRIVES.iter().enumerate() {
+            assert_eq!(decode(*word, &DRIVES), Some(*drive));
+            for (_, other) in &DRIVES[..index] {
+                assert!((word ^ other).count_ones() >= 12, "{word:x} {other:x}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_turned_bit_shows() {
+        for (drive, _) in DRIVES {
+            let command = DriveCommand::new(drive, [0.25, -0.5], 1_000_000);
+            assert!(command.is_intact() && command.drive() == drive);
+            for draw in 0..512 {
+                let mut changed = command;
+                changed.inject_error(draw);
+                assert!(!changed.is_intact(), "{drive:?}, {draw}");
+                for (other, _) in DRIVES.iter().filter(|(other, _)| *other != drive) {
+                    let renewed = changed.continued(*other, 2_000_000);
+                    assert!(!renewed.is_intact(), "{drive:?} to {other:?}, {draw}");
+                }
+            }
+        }
+    }
+}

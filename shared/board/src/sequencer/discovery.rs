@@ -1,0 +1,129 @@
+//! Discovery: search for the servos, their speed and their firmware.
+//!
+//! ```text
+//! at each of BAUD_RATES: stop -> ping joint 1 (Morpheus, stock) -> ping joint 2 -> ..
+//!   all found, one firmware  -> position chain (Morpheus), read the settings (stock)
+//!   none found               -> the next speed
+//!   otherwise                -> a notification to the host; a pause; from the beginning
+//! ```
+//!
+//! The stop sequence precedes any request at a speed.
+
+use armbridge_link::message::{Missing, Sample};
+use armbridge_servo::Firmware;
+use armbridge_servo::JOINTS;
+use armbridge_servo::port::BAUD_RATES;
+
+/// Progress of the search.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Discovery {
+    /// Index of the baud rate of the search.
+    rate: usize,
+    found: [Option<Firmware>; JOINTS],
+    /// Reason for the missing reply of each servo that did not answer.
+    faults: [Option<Missing>; JOINTS],
+}
+
+/// Result of a ping.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Next {
+    /// Ping this joint next, in this protocol.
+    Ping { joint: usize, firmware: Firmware },
+    /// Search at the next speed, from the stop on.
+    OtherSpeed,
+    /// All servos answer, with this firmware.
+    Found(Firmware),
+    /// The servos run different firmwares.
+    Mixed([Firmware; JOINTS]),
+    /// This joint's servo does not answer.
+    Absent(usize, Missing),
+}
+
+impl Discovery {
+    /// The first ping, of Morpheus: the stop sequence ends with its packets.
+    pub(super) const FIRST: Next = Next::Ping {
+        joint: 0,
+        firmware: Firmware::Morpheus,
+    };
+
+    /// Restarts the search at the likeliest speed.
+    pub(super) fn rewind(&mut self) {
+        *self = Self::default();
+    }
+
+    /// The present speed of the search; `None` beyond the last.
+    pub(super) fn baud(&self) -> Option<u32> {
+        BAUD_RATES.get(self.rate).copied()
+    }
+
+    /// Begins the search at the present speed again.
+    pub(super) fn begin(&mut self) {
+        self.found = [None; JOINTS];
+        self.faults = [None; JOINTS];
+    }
+
+    /// Takes the outcome of a ping of this joint in this firmware's protocol.
+    pub(super) fn note_ping(
+        &mut self,
+        joint: usize,
+        firmware: Firmware,
+        sample: Option<Sample>,
+    ) -> Next {
+        let is_found = match sample {
+            Some(Sample::Counts(_)) => {
+                if let Some(slot) = self.found.get_mut(joint) {
+                    *slot = Some(firmware);
+                }
+                true
+            }
+            Some(Sample::Missing(missing)) => {
+                // Damage is more specific than silence.
+                let is_specific = !matches!(missing, Missing::Silence | Missing::EchoOnly);
+                if let Some(slot) = self.faults.get_mut(joint)
+                    && (slot.is_none() || is_specific)
+                {
+                    *slot = Some(missing);
+                }
+                false
+            }
+            None => false,
+        };
+        match firmware {
+            Firmware::Morpheus if !is_found => Next::Ping {
+                joint,
+                firmware: Firmware::Stock,
+            },
+            Firmware::Morpheus | Firmware::Stock if joint + 1 < JOINTS => Next::Ping {
+                joint: joint + 1,
+                firmware: Firmware::Morpheus,
+            },
+            Firmware::Morpheus | Firmware::Stock => self.conclude_speed(),
+        }
+    }
+
+    /// Concludes the search at this speed, after the last ping.
+    fn conclude_speed(&mut self) -> Next {
+        let absent = self.found.iter().position(Option::is_none);
+        match (self.found, absent) {
+            ([Some(first), rest @ ..], None) => {
+                if rest.iter().all(|other| *other == Some(first)) {
+                    return Next::Found(first);
+                }
+                Next::Mixed(self.found.map(|found| found.unwrap_or(first)))
+            }
+            // None found at this speed.
+            (found, _) if found == [None; JOINTS] && self.rate + 1 < BAUD_RATES.len() => {
+                self.rate += 1;
+                Next::OtherSpeed
+            }
+            (found, absent) => {
+                if found == [None; JOINTS] {
+                    self.rate = 0;
+                }
+                let joint = absent.unwrap_or(0);
+                let missing = self.faults.get(joint).copied().flatten();
+                Next::Absent(joint, missing.unwrap_or(Missing::Silence))
+            }
+        }
+    }
+}

@@ -1,0 +1,243 @@
+//! Modes of the board, and causes of faults.
+
+use postcard::experimental::max_size::MaxSize;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// Mode of the board.
+///
+/// Torque is on in [`Mode::MotorCheck`], [`Mode::Armed`], [`Mode::Running`] and
+/// [`Mode::Degraded`], and in no other mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Mode {
+    /// Stop sequence, then the search for the servos.
+    Boot,
+    /// Disarmed: motors off, angles read.
+    Idle,
+    /// Direction and joint of each motor are tested, before the first command.
+    MotorCheck,
+    /// Ready to move: zero torque.
+    Armed,
+    /// The motors are driven.
+    Running(Drive),
+    /// The motors are driven, with a sample missing: the estimator predicts.
+    Degraded(Drive),
+    /// The bus belongs to the client of the transparent port: no ticks.
+    Passthrough,
+    /// Motors off, latched until the host clears it.
+    Fault(Fault),
+}
+
+impl Mode {
+    /// Source that drives the motors, if they are driven.
+    pub const fn drive(self) -> Option<Drive> {
+        match self {
+            Self::Running(drive) | Self::Degraded(drive) => Some(drive),
+            Self::Boot
+            | Self::Idle
+            | Self::MotorCheck
+            | Self::Armed
+            | Self::Passthrough
+            | Self::Fault(_) => None,
+        }
+    }
+
+    /// Whether a motor may be on.
+    pub const fn is_on(self) -> bool {
+        matches!(
+            self,
+            Self::MotorCheck | Self::Running(_) | Self::Degraded(_)
+        )
+    }
+
+    /// Whether the motors may be driven.
+    pub const fn is_armed(self) -> bool {
+        match self {
+            Self::MotorCheck | Self::Armed | Self::Running(_) | Self::Degraded(_) => true,
+            Self::Boot | Self::Idle | Self::Passthrough | Self::Fault(_) => false,
+        }
+    }
+}
+
+/// Source that drives the motors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Drive {
+    /// Constant torque.
+    Torque,
+    /// Holding a reference that only the host changes.
+    Regulate,
+    /// Following a motion or a stream.
+    Track,
+    /// Braked to rest and holding, because the host went silent or an experiment is
+    /// over.
+    Hold,
+    /// The signals of an experiment.
+    Experiment,
+}
+
+impl Drive {
+    /// Whether a controller holds the arm at a reference.
+    pub const fn is_closed_loop(self) -> bool {
+        match self {
+            Self::Regulate | Self::Track | Self::Hold => true,
+            Self::Torque | Self::Experiment => false,
+        }
+    }
+}
+
+/// Fault for which the supervisor switched torque off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Fault {
+    /// An emergency stop was requested.
+    EmergencyStop(StopSource),
+    /// No valid frame from the host for too long.
+    HostSilent,
+    /// A joint left its angle limit.
+    AngleLimit,
+    /// A joint is faster than its limit.
+    SpeedLimit,
+    /// More torque than the limit was wanted for too long.
+    TorqueLimit,
+    /// The wanted torque changed faster than its limit for too long.
+    TorqueRate,
+    /// More PWM than the limit was wanted for too long.
+    PwmLimit,
+    /// A servo is too hot, or its temperature has changed too much.
+    Temperature,
+    /// A joint is in the gap of its potentiometer.
+    DeadZone,
+    /// A servo no longer answers.
+    ServoSilent,
+    /// A servo answers, but has been reset.
+    ServoReset,
+    /// Too many samples in a row came damaged.
+    SamplesLost,
+    /// Too many samples were missing within a second.
+    SamplesRare,
+    /// A tick took longer than its period.
+    Overrun,
+    /// The board's clock went back.
+    Clock,
+    /// Samples differ repeatedly from the prediction of the estimator.
+    Diverged,
+    /// A joint does not move though it is driven.
+    Stuck,
+    /// An encoder repeats one count for longer than its noise allows: it has stopped.
+    EncoderFrozen,
+    /// A torque that the model does not explain acts on a joint for long: its encoder drifts or
+    /// has an offset, its motor is weaker or stronger than calibrated, or something pushes it.
+    ExternalTorque,
+    /// A motor turns its joint the wrong way.
+    MotorDirection,
+    /// Each servo moves the joint of the other.
+    JointsSwapped,
+    /// The control law produced NaN or an infinite value.
+    NotFinite,
+    /// A stock servo reported that it is too hot or overloaded: it switches
+    /// its torque off by itself.
+    ServoAlarm,
+    /// The servos run another firmware than before.
+    FirmwareChanged,
+    /// A parameter in memory has changed.
+    Corrupted,
+}
+
+/// Source of an emergency stop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum StopSource {
+    /// [`ToBoard::Stop`](super::message::ToBoard::Stop).
+    Host,
+    /// The switch at the board's stop input, or a wire of it that broke.
+    Pin,
+    /// More garbage than frames came over the link.
+    Flood,
+    /// The board's crystal does not oscillate: it runs on an oscillator that is too
+    /// inaccurate for the servo bus, USB and the period.
+    Crystal,
+}
+
+impl StopSource {
+    /// All sources.
+    pub const ALL: [Self; 4] = [Self::Host, Self::Pin, Self::Flood, Self::Crystal];
+}
+
+/// What tripped the supervisor: the first cause, with the values.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+pub struct Trip {
+    /// Fault.
+    pub fault: Fault,
+    /// Joint, counting from 0, if the fault concerns one.
+    pub joint: Option<u8>,
+    /// Tick of the fault.
+    pub tick: u32,
+    /// Time on the board's clock in µs.
+    pub at_us: u64,
+    /// Observed value, in the unit of the limit.
+    pub value: f32,
+    /// Limit.
+    pub limit: f32,
+}
+
+/// Report on motors that must be off: after a fault, and whenever one is not seen to be
+/// off for long.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
+pub struct OffReport {
+    /// Number of stop sequences sent.
+    pub stops: u16,
+    /// Evidence on each joint's motor.
+    pub joints: [OffState; armbridge_servo::JOINTS],
+}
+
+/// Evidence on a motor that must be off. A joint at rest is none: it may be driven
+/// against an obstacle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
+pub enum OffState {
+    /// Its servo's registers read back as off.
+    Off,
+    /// It has been commanded off, and answers, but its registers have not shown it.
+    Unconfirmed,
+    /// Its servo does not answer.
+    OutOfReach,
+}
+
+/// Limits that changed the torque, as bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
+pub struct Guards(u8);
+
+impl Guards {
+    /// No limit.
+    pub const NONE: Self = Self(0);
+    /// A joint was braked before its angle limit.
+    pub const BRAKED: Self = Self(1 << 0);
+    /// The torque was more than its limit.
+    pub const TORQUE: Self = Self(1 << 1);
+    /// The torque changed faster than its limit.
+    pub const RATE: Self = Self(1 << 2);
+    /// The PWM was more than its limit.
+    pub const PWM: Self = Self(1 << 3);
+
+    /// The byte that a record carries.
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// Decodes the byte.
+    pub const fn from_bits(bits: u8) -> Self {
+        Self(bits)
+    }
+
+    /// Whether all of `guards` are set.
+    pub const fn contains(self, guards: Self) -> bool {
+        self.0 & guards.0 == guards.0
+    }
+
+    /// Limits that are in either.
+    #[must_use]
+    pub const fn or(self, guards: Self) -> Self {
+        Self(self.0 | guards.0)
+    }
+}

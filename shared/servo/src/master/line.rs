@@ -1,0 +1,78 @@
+//! Settings of the bus line: firmware, speed and set-up state of the servos.
+
+use super::{Busy, Master};
+use crate::Firmware;
+use crate::bus::Bus;
+use crate::exchange::Readiness;
+
+impl<B: Bus> Master<B> {
+    /// Sets the firmware of the servos and the speed of the line.
+    ///
+    /// # Errors
+    /// [`Busy`] while a transaction is under way.
+    pub fn set_line(&mut self, firmware: Firmware, baud: u32) -> Result<(), Busy> {
+        if !self.is_idle() {
+            return Err(Busy);
+        }
+        self.line.firmware = firmware;
+        if self.line.baud != baud {
+            self.line.baud = baud;
+            self.bus.set_baud(baud);
+        }
+        Ok(())
+    }
+
+    /// Sets the time in µs that a tick's exchange may take, which determines its margin.
+    pub fn set_available(&mut self, us: u32) {
+        self.line.available_us = us;
+    }
+
+    /// Forgets whether the bus echoes; the end of the next transaction, which must have no
+    /// reply, shows it.
+    pub fn forget_echo(&mut self) {
+        self.echo.forget_bus();
+    }
+
+    /// Sets whether stock servos are prepared; if not, their settings are unknown, and a
+    /// tick only reads their positions.
+    pub fn set_prepared(&mut self, is_prepared: bool) {
+        self.line.readiness = if is_prepared {
+            Readiness::Prepared
+        } else {
+            Readiness::Unknown
+        };
+    }
+
+    /// Marks stock servos as released: no longer prepared, but with the same response
+    /// time.
+    pub fn mark_released(&mut self) {
+        if self.line.readiness == Readiness::Prepared {
+            self.line.readiness = Readiness::Released;
+        }
+    }
+
+    /// Whether torque can be given to the servos.
+    pub fn is_prepared(&self) -> bool {
+        self.line.readiness == Readiness::Prepared || self.line.firmware == Firmware::Morpheus
+    }
+
+    /// Whether the servos answer without the return delay of the factory.
+    pub fn answers_soon(&self) -> bool {
+        self.line.readiness.answers_soon() || self.line.firmware == Firmware::Morpheus
+    }
+
+    /// Set-up state of stock servos.
+    pub fn readiness(&self) -> Readiness {
+        self.line.readiness
+    }
+
+    /// Firmware of the servos.
+    pub fn firmware(&self) -> Firmware {
+        self.line.firmware
+    }
+
+    /// Speed of the line in bits per second.
+    pub fn baud(&self) -> u32 {
+        self.line.baud
+    }
+}

@@ -1,0 +1,242 @@
+//! Receiver of the replies to a request: decodes bytes, and records the cause of missing
+//! replies.
+
+use super::super::Alarms;
+use super::super::dispatch::ReplyParser;
+use super::super::exchange::{ExpectedReplies, ReplyContent};
+use super::super::protocol::{PacketError, Reply};
+use super::super::{ExpectedReply, Firmware, Missing, Sample, ServoId};
+use crate::JOINTS;
+use heapless::Vec;
+
+/// Bytes of the longest reply that is decoded: a whole register map.
+const REPLY_MAX: usize = 66;
+
+/// Faults observed during reception, the least specific first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum RxFault {
+    /// No byte was received.
+    NoBytes,
+    /// Bytes that form no packet.
+    Bytes,
+    /// An intact packet that answers no request.
+    UnexpectedReply,
+    /// A packet with a wrong checksum.
+    BadChecksum,
+    /// The UART reported framing, noise or overrun.
+    LineError,
+}
+
+/// A reply's payload, with the error byte of a stock servo.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Payload {
+    /// Alarms of a stock servo.
+    pub alarms: Alarms,
+    /// Parameters or data.
+    pub data: Vec<u8, REPLY_MAX>,
+}
+
+/// Parser of received bytes, and the replies decoded so far.
+#[derive(Debug)]
+pub(super) struct Receiver {
+    parser: ReplyParser<REPLY_MAX>,
+    replies: Replies,
+}
+
+/// Decoded replies by joint, and the most specific fault.
+#[derive(Debug)]
+struct Replies {
+    expected: ExpectedReplies,
+    firmware: Firmware,
+    /// Position of each joint, or 0 for the reply to a ping.
+    answers: [Option<u16>; JOINTS],
+    /// Alarms in all replies of the addressed servo, with or without a position.
+    alarms: Alarms,
+    reply: Option<Payload>,
+    /// The most specific fault so far.
+    fault: RxFault,
+}
+
+impl Default for Receiver {
+    /// A receiver that expects nothing.
+    fn default() -> Self {
+        let nothing = ExpectedReplies::Request(ExpectedReply::NONE);
+        Self {
+            parser: ReplyParser::new(Firmware::Morpheus),
+            replies: Replies {
+                expected: nothing,
+                firmware: Firmware::Morpheus,
+                answers: [None; JOINTS],
+                alarms: Alarms::NONE,
+                reply: None,
+                fault: RxFault::NoBytes,
+            },
+        }
+    }
+}
+
+impl Receiver {
+    /// Begins a window for these replies of servos with this firmware.
+    pub(super) fn begin(&mut self, expected: ExpectedReplies, firmware: Firmware) {
+        let firmware = match expected {
+            ExpectedReplies::Chain(_) => Firmware::Morpheus,
+            ExpectedReplies::Servo(..) | ExpectedReplies::Request(_) => firmware,
+        };
+        self.parser = match expected {
+            ExpectedReplies::Request(_) => ReplyParser::new(firmware),
+            ExpectedReplies::Servo(..) | ExpectedReplies::Chain(_) => {
+                ReplyParser::to_bridge(firmware, firmware.tick_reply_max())
+            }
+        };
+        let replies = &mut self.replies;
+        replies.expected = expected;
+        replies.firmware = firmware;
+        replies.answers = [None; JOINTS];
+        replies.alarms = Alarms::NONE;
+        replies.reply = None;
+        replies.fault = RxFault::NoBytes;
+    }
+
+    /// Takes received bytes that are not our echo.
+    pub(super) fn push(&mut self, mut bytes: &[u8], ids: [ServoId; JOINTS]) {
+        while let Some((first, rest)) = bytes.split_first() {
+            self.replies.note_fault(RxFault::Bytes);
+            // The usual case: whole replies, one after the other.
+            if let Some((reply, rest)) = self.parser.whole_reply(bytes) {
+                self.replies.take(reply, ids);
+                bytes = rest;
+                continue;
+            }
+            match self.parser.push(*first) {
+                None | Some(Err(PacketError::Header)) => {}
+                Some(Err(PacketError::Checksum { .. })) => {
+                    self.replies.note_fault(RxFault::BadChecksum);
+                }
+                Some(Ok(reply)) => self.replies.take(reply, ids),
+            }
+            bytes = rest;
+        }
+    }
+
+    /// Records that the UART reported framing, noise or overrun.
+    pub(super) fn line_error(&mut self) {
+        self.replies.note_fault(RxFault::LineError);
+        self.parser.reset();
+    }
+
+    /// Whether every expected reply has been received.
+    pub(super) fn is_complete(&self) -> bool {
+        let Replies { answers, reply, .. } = &self.replies;
+        match self.replies.expected {
+            ExpectedReplies::Servo(joint, _) => answers.get(joint).is_some_and(Option::is_some),
+            ExpectedReplies::Chain(_) => answers.iter().all(Option::is_some),
+            ExpectedReplies::Request(_) => reply.is_some(),
+        }
+    }
+
+    /// Number of bytes still expected, at least one: an earlier poll completes nothing.
+    pub(super) fn bytes_wanted(&self) -> usize {
+        let firmware = self.replies.firmware;
+        let bytes = |answer| match answer {
+            ReplyContent::Pong => firmware.pong_bytes().into(),
+            ReplyContent::Position => firmware.reply_overhead() + 2,
+        };
+        let missing = self
+            .replies
+            .answers
+            .iter()
+            .filter(|answer| answer.is_none());
+        let expected_bytes = match self.replies.expected {
+            ExpectedReplies::Servo(_, answer) => bytes(answer),
+            ExpectedReplies::Chain(answer) => missing.count() * bytes(answer),
+            ExpectedReplies::Request(expected) => expected.reply_bytes.into(),
+        };
+        expected_bytes
+            .saturating_sub(self.parser.bytes_held())
+            .max(1)
+    }
+
+    /// Writes the samples and alarms of the addressed joints. A missing sample gets the
+    /// most specific fault as its reason; the other servo's reply distinguishes the silence
+    /// of one servo from a dead bus.
+    pub(super) fn finish(
+        &self,
+        samples: &mut [Sample; JOINTS],
+        alarms: &mut [Alarms; JOINTS],
+        is_echoing: bool,
+        is_echo_disturbed: bool,
+    ) {
+        let missing = match self.replies.fault {
+            RxFault::LineError => Missing::Line,
+            _ if is_echo_disturbed => Missing::Line,
+            RxFault::BadChecksum => Missing::BadChecksum,
+            RxFault::UnexpectedReply => Missing::WrongId,
+            RxFault::Bytes if self.parser.bytes_held() > 0 => Missing::Short,
+            RxFault::NoBytes if is_echoing => Missing::EchoOnly,
+            RxFault::Bytes | RxFault::NoBytes => Missing::Silence,
+        };
+        let only = match self.replies.expected {
+            ExpectedReplies::Chain(_) => None,
+            ExpectedReplies::Servo(joint, _) => Some(joint),
+            ExpectedReplies::Request(_) => return,
+        };
+        for (joint, (sample, answer)) in samples.iter_mut().zip(self.replies.answers).enumerate() {
+            if only.is_none_or(|only| only == joint) {
+                *sample = answer.map_or(Sample::Missing(missing), Sample::Counts);
+            }
+        }
+        if let Some(slot) = only.and_then(|joint| alarms.get_mut(joint)) {
+            *slot = self.replies.alarms;
+        }
+    }
+
+    /// The reply to the packet of [`super::Transaction::Request`], if it came.
+    pub(super) fn reply(&self) -> Option<&Payload> {
+        self.replies.reply.as_ref()
+    }
+
+    /// Forgets that reply.
+    pub(super) fn forget_reply(&mut self) {
+        self.replies.reply = None;
+    }
+}
+
+impl Replies {
+    /// Records a fault, unless a more specific one is recorded.
+    fn note_fault(&mut self, fault: RxFault) {
+        self.fault = self.fault.max(fault);
+    }
+
+    /// Takes an intact packet: a reply, or `None` for what no servo would send.
+    fn take(&mut self, reply: Option<Reply<'_>>, ids: [ServoId; JOINTS]) {
+        let accepted = reply.and_then(|reply| self.accept_reply(&reply, ids));
+        if accepted.is_none() {
+            self.note_fault(RxFault::UnexpectedReply);
+        }
+    }
+
+    /// Takes a reply; `None` if it is not expected.
+    fn accept_reply(&mut self, reply: &Reply, ids: [ServoId; JOINTS]) -> Option<()> {
+        let joint = ids.iter().position(|id| id.get() == reply.id);
+        let (joint, answer) = match self.expected {
+            ExpectedReplies::Request(expected) if expected.id != reply.id => return None,
+            ExpectedReplies::Request(_) => {
+                self.reply = Some(Payload {
+                    alarms: reply.alarms,
+                    // At most a whole register map.
+                    data: Vec::from_slice(reply.data).ok()?,
+                });
+                return Some(());
+            }
+            ExpectedReplies::Servo(only, _) if joint != Some(only) => return None,
+            ExpectedReplies::Servo(_, answer) | ExpectedReplies::Chain(answer) => (joint?, answer),
+        };
+        self.alarms = self.alarms.or(reply.alarms);
+        let counts = match answer {
+            ReplyContent::Pong => self.firmware.is_pong(reply.data).then_some(0),
+            ReplyContent::Position => self.firmware.position(reply.data),
+        };
+        *self.answers.get_mut(joint)? = Some(counts?);
+        Some(())
+    }
+}
