@@ -17,6 +17,16 @@ pub enum Machine {
 }
 
 /// Stamps of a tick so far.
+///
+/// ```
+/// use armbridge_board::flow_token::{FlowToken, Machine};
+///
+/// let sampled = FlowToken::begin(7).stamp(Machine::Sequencer);
+/// let decided = sampled.stamp(Machine::ControlLoop).stamp(Machine::Supervisor);
+/// assert!(decided.is_complete(7));
+/// assert!(!decided.is_complete(8), "of another tick");
+/// assert!(!sampled.stamp(Machine::Supervisor).is_complete(7), "not decided");
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FlowToken(u32);
 

@@ -24,7 +24,6 @@
 //! The estimator must be given what the servo was sent: PWM is a clamped
 //! integer, and a [`Command`] carries the torque that this integer stands for.
 //!
-//!
 //! The paper's dead zone, no motion for 950 < PWM < 1050, is static friction, and is
 //! met by [`DryFriction`](crate::controller::DryFriction) as a torque.
 
@@ -96,6 +95,25 @@ pub mod bounds {
 }
 
 /// Calibration of one joint's servo.
+///
+/// ```
+/// use armbridge_control::actuator::{Joint, NotFinite};
+///
+/// let joint = Joint::<f64>::paper();
+/// // 100 counts above the middle, of 300/1023 degree each.
+/// assert!((joint.angle(612).to_degrees() - 29.33).abs() < 0.01);
+/// assert!((joint.position(joint.angle(612)) - 612.0).abs() < 1e-9);
+///
+/// // Equation (5): 834 * 0.5 + 1015 counts, and the torque that the rounded count gives.
+/// let command = joint.command(0.5, 1_000).unwrap();
+/// assert_eq!(command.pwm.counts(), 1_432);
+/// assert!((command.torque_nm - 0.5).abs() < 0.5 / 834.0 && !command.is_limited);
+///
+/// // At most 200 counts from off.
+/// let limited = joint.command(0.5, 200).unwrap();
+/// assert_eq!((limited.pwm.counts(), limited.is_limited), (1_200, true));
+/// assert_eq!(joint.command(f64::NAN, 1_000), Err(NotFinite));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "postcard", derive(Serialize, Deserialize, Schema, MaxSize))]
 pub struct Joint<T> {

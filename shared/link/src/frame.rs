@@ -9,6 +9,32 @@
 //! next zero. A frame whose sequence number is not the one after its
 //! predecessor's gives the number of lost ones; the number 0, out of turn, means that the sender
 //! restarted, and that its frames in between are not known.
+//!
+//! # Example
+//!
+//! A receiver loses bytes, and is back in step at the next zero:
+//!
+//! ```
+//! use armbridge_link::frame::{Decoder, Encoder, FrameError, MAX};
+//! use armbridge_link::message::{Command, ToBoard};
+//!
+//! let mut encoder = Encoder::default();
+//! let commands = [0.1, 0.2, 0.3].map(|q| ToBoard::Command(Command::Regulate([q, 0.0])));
+//! let frames = commands.map(|command| encoder.encode(&command).1.to_vec());
+//! assert!(frames.iter().all(|frame| frame.len() <= MAX && frame.ends_with(&[0])));
+//!
+//! // Garbage, the first frame, the second without its end, the third.
+//! let stream = [&[7, 7, 7, 0], &frames[0][..], &frames[1][..5], &[0], &frames[2]].concat();
+//! let mut decoder = Decoder::default();
+//! let received: Vec<_> = stream.iter().filter_map(|byte| decoder.push::<ToBoard>(*byte)).collect();
+//!
+//! assert_eq!(received.len(), 4);
+//! assert_eq!(received[0], Err(FrameError::Damaged));
+//! assert_eq!(received[1].unwrap().message, commands[0]);
+//! assert_eq!(received[2], Err(FrameError::Damaged));
+//! assert_eq!(received[3].unwrap().message, commands[2]);
+//! assert_eq!(received[3].unwrap().lost, 1);
+//! ```
 
 mod cobs;
 mod output;

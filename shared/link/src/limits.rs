@@ -47,6 +47,17 @@ pub mod hard {
 }
 
 /// Limits of the monitors; replaced as one group while the board is idle.
+///
+/// ```
+/// use armbridge_link::limits::{Limits, hard};
+///
+/// let gentle = Limits { torque_nm: [0.5, 0.3], ..Limits::default() };
+/// assert!(gentle.is_valid());
+/// // A board refuses what is beyond a hard bound, or not a number.
+/// for torque in [hard::TORQUE_NM + 0.01, f32::NAN] {
+///     assert!(!Limits { torque_nm: [0.5, torque], ..gentle }.is_valid());
+/// }
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub struct Limits {
     /// Joint angles in rad beyond which torque goes off. The arm is braked before.

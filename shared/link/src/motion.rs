@@ -67,6 +67,18 @@ pub enum Motion {
 
 impl Motion {
     /// What the planner takes.
+    ///
+    /// ```
+    /// use armbridge_control::trajectory::{Shape, Waypoint};
+    /// use armbridge_link::motion::{Motion, Via};
+    ///
+    /// let mut vias = [None; 8];
+    /// vias[0] = Some(Via { at_s: 0.5, angle_rad: [0.3, 0.0] });
+    /// vias[1] = Some(Via { at_s: 1.0, angle_rad: [0.0, 0.0] });
+    /// let Shape::Waypoints { points } = Motion::Waypoints(vias).shape() else { panic!() };
+    /// assert_eq!(points.len(), 2);
+    /// assert_eq!(points[0], Waypoint { at_s: 0.5, q: [0.3, 0.0].into() });
+    /// ```
     pub fn shape(&self) -> Shape<f32> {
         match *self {
             Self::MinimumJerk { to_rad, duration_s } => Shape::MinimumJerk {

@@ -114,6 +114,15 @@ impl fmt::Display for Program {
 
 /// A hand on the simulated arm. Angles and torques are the arm's true ones, which the board's
 /// calibration does not affect.
+///
+/// ```
+/// use armbridge_link::server::{Touch, TouchRefusal};
+///
+/// let push = Touch::Push { joint: 1, torque_nm: -0.2, duration_us: 100_000 };
+/// assert_eq!(push.check(), Ok(()));
+/// let too_fast = Touch::Move { angle_rad: [0.3, 0.0], duration_us: 100_000 };
+/// assert_eq!(too_fast.check(), Err(TouchRefusal::Value));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, MaxSize)]
 pub enum Touch {
     /// A torque on a joint.

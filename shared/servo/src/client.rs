@@ -11,6 +11,20 @@ use super::stop::FLUSH;
 use super::{DecodeError, ExpectedReply, Firmware, Instruction};
 
 /// A complete packet of a client, parsed.
+///
+/// ```
+/// use armbridge_servo::protocol1::{Instruction, register};
+/// use armbridge_servo::{ClientRequest, Firmware};
+///
+/// let read = Instruction::Read { address: register::PRESENT_POSITION, count: 2 };
+/// let drive = Instruction::Write { address: register::MOVING_SPEED, data: &[0, 2] };
+/// let [read, drive] = [read, drive].map(|it| it.encode::<16>(1).unwrap());
+/// let parse = |bytes| ClientRequest::parse(Firmware::Stock, bytes).unwrap();
+///
+/// assert!(!parse(&read).may_drive());
+/// assert_eq!(parse(&read).expected_reply().reply_bytes, 8);
+/// assert!(parse(&drive).may_drive());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClientRequest<'a> {
     /// Firmware whose protocol the packet uses.

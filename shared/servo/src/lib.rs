@@ -1,4 +1,28 @@
-//! The servo bus: wire formats and the half-duplex master.
+//! Dynamixel AX-12A servos on a half-duplex bus: wire formats, bus master, stop sequences.
+//!
+//! The crate is for firmware and programs that own a servo bus: it builds and parses packets
+//! of both firmwares of an AX-12A, times the transactions of a control loop, and switches
+//! motors off in whatever state the servos are. A stock servo speaks Dynamixel Protocol 1.0;
+//! one with the open Morpheus firmware takes a PWM and reports its position once a tick.
+//!
+//! ```
+//! use armbridge_servo::{Firmware, ReplyParser, ServoId};
+//!
+//! let servo = ServoId::new(1).unwrap();
+//! let query = Firmware::Stock.temperature_query(servo).unwrap();
+//! assert_eq!(query.packet, [0xFF, 0xFF, 1, 4, 2, 43, 1, 0xCC]);
+//!
+//! // The servo's status packet, after a byte of noise.
+//! let mut parser = ReplyParser::<16>::new(Firmware::Stock);
+//! let mut received = [0x7F, 0xFF, 0xFF, 1, 3, 0, 38, 0xD5].into_iter();
+//! let celsius = received.find_map(|byte| match parser.push(byte)? {
+//!     Ok(Some(reply)) if reply.id == servo.get() => Firmware::Stock.temperature(reply.data),
+//!     _ => None,
+//! });
+//! assert_eq!(celsius, Some(38));
+//! ```
+//!
+//! # Modules
 //!
 //! | module        | content                                                  |
 //! |---------------|---------------------------------------------------------|
@@ -18,9 +42,38 @@
 //! | [`port`]      | a serial port whose speed can be changed                |
 //! | [`stop`]      | the sequences that end with every motor off             |
 //!
+//! Two examples show the layers in use: [`Master`](master::Master), a control tick on a
+//! scripted serial port, and `examples/scan.rs`, a search for servos through a USB adapter.
+//!
+//! # Units and conventions
+//!
 //! The bus is one wire, 8N1, at 1 Mbaud unless the servos are set to less: there a
 //! byte takes 10 µs. A servo never sends without a request; a Morpheus servo never times
 //! out, and obeys its last command for ever.
+//!
+//! Times are in µs of a monotonic clock (`now_us: u64`), speeds in bits per second, positions
+//! in encoder counts 0..=1023, torques as [`Pwm`] counts 0..=2000 with 1000 for off. A bus has
+//! [`JOINTS`] servos under control; codecs and queries work with any number.
+//!
+//! # Contract
+//!
+//! The crate is `no_std` and *sans-io*: it allocates nothing, has no `unsafe`, never touches
+//! hardware and never reads a clock. [`bus::Bus`] is the only interface to a line; `poll`
+//! returns at once. No byte that a bus can deliver makes it panic: Armbridge links this code
+//! into a firmware image in which a reachable panic is an error of the linker.
+//!
+//! # Features
+//!
+//! | feature    | effect                                                         |
+//! |------------|----------------------------------------------------------------|
+//! | `defmt`    | `defmt::Format` for the types that a board logs                |
+//! | `postcard` | samples and [`Firmware`] can be parts of postcard messages     |
+//!
+//! None is on by default.
+//!
+//! # Versions
+//!
+//! Below 1.0 a breaking change raises the minor number. Rust 1.89 or later is required.
 
 #![no_std]
 #![forbid(unsafe_code)]

@@ -19,7 +19,28 @@
 //! after the flush: a stock servo that was inside a long packet listens from then on.
 //!
 //! The steps are data: the bus master runs them on its interrupts, a panic
-//! handler runs the same list by polling.
+//! handler runs the same list by polling:
+//!
+//! ```
+//! use armbridge_servo::ServoId;
+//! use armbridge_servo::stop::{StopStep, stop_steps};
+//!
+//! let ids = [1, 2].map(|id| ServoId::new(id).unwrap());
+//! let (mut wire, mut paused_us) = (Vec::new(), 0);
+//! for step in stop_steps(ids) {
+//!     match step {
+//!         StopStep::Send(packet) => wire.extend_from_slice(&packet),
+//!         StopStep::Repeat(byte, count) => wire.extend((0..count).map(|_| byte)),
+//!         StopStep::Pause { us } => paused_us += us,
+//!     }
+//! }
+//! // It begins with PWM 1000 to every Morpheus servo, and ends with torque enable 0 to
+//! // every stock one.
+//! assert!(wire.starts_with(&[0xAA, 6, 0xFF, 0xFE, 3, 0x10, 0xE8, 3]));
+//! assert!(wire.ends_with(&[0xFF, 0xFF, 0xFE, 4, 3, 24, 0, 0xE2]));
+//! // At 1 Mbaud a byte takes 10 µs.
+//! assert!(paused_us as usize + 10 * wire.len() < 8_000);
+//! ```
 //!
 //! # The brief stop
 //!

@@ -46,6 +46,22 @@ pub fn can_run(settings: &Settings) -> bool {
 }
 
 /// The refusal of these settings by a board; `None` if it accepts them.
+///
+/// ```
+/// use armbridge_board::control_loop::settings_refusal;
+/// use armbridge_link::message::{Controller, Gains, Refusal, Settings};
+///
+/// let mut settings = Settings::default();
+/// assert_eq!(settings_refusal(&settings), None);
+///
+/// settings.setup.controller = Controller::StateFeedback(Gains::Given([[0.0; 4]; 2]));
+/// let refusal = settings_refusal(&settings);
+/// assert!(matches!(refusal, Some(Refusal::Unstable { re, .. }) if re > 1.0));
+///
+/// settings = Settings::default();
+/// settings.limits.angle_rad[0] = 2.0;
+/// assert_eq!(settings_refusal(&settings), Some(Refusal::OutOfRange));
+/// ```
 pub fn settings_refusal(settings: &Settings) -> Option<Refusal> {
     LoopConfig::build(settings).err()
 }

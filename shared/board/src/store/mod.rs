@@ -39,6 +39,31 @@
 //! found in pages that are not blank, the defaults are in force, and
 //! [`SettingsFrom`] reports it until settings are saved again; the board does not arm before.
 //! Of another version's settings those groups are in force whose encoding is the same.
+//!
+//! # Example
+//!
+//! Settings in RAM that behaves like flash, before and after a reset:
+//!
+//! ```
+//! use armbridge_board::control_loop::can_run;
+//! use armbridge_board::store::{Store, memory::Memory};
+//! use armbridge_link::message::{Settings, SettingsFrom};
+//!
+//! const PAGE: usize = 4_096;
+//! let mut flash = [0xFF; 2 * PAGE];
+//!
+//! let mut store = Store::new(Memory::<_, PAGE>(&mut flash));
+//! store.prepare(1).unwrap();
+//! assert_eq!(store.load(can_run), (Settings::default(), SettingsFrom::Default));
+//! let mut settings = Settings::default();
+//! settings.limits.torque_nm = [0.5, 0.3];
+//! store.save(&settings).unwrap();
+//!
+//! let mut store = Store::new(Memory::<_, PAGE>(&mut flash));
+//! assert_eq!(store.load(can_run), (settings, SettingsFrom::Saved));
+//! // Of settings with which a board cannot run, the defaults are in force.
+//! assert_eq!(store.load(|_| false), (Settings::default(), SettingsFrom::Refused));
+//! ```
 
 pub mod memory;
 mod page;

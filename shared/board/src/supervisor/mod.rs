@@ -57,6 +57,27 @@
 //! The bus is lent to a client of the transparent port only while torque is off and no
 //! fault is latched; with torque on, its packets are served in the slack of the ticks.
 //! A client's changes to the servos are not known, so the path back leads through bring-up.
+//!
+//! # Example
+//!
+//! ```
+//! use armbridge_board::control_loop::Permission;
+//! use armbridge_board::supervisor::{Action, Event, State, Supervisor, next};
+//! use armbridge_link::message::Refusal;
+//!
+//! let mut supervisor = Supervisor::default();
+//! assert_eq!(supervisor.apply(Event::Arm), Err(Refusal::NotReady));
+//! assert_eq!(supervisor.apply(Event::BusReady), Ok(Action::Keep));
+//! assert_eq!(supervisor.apply(Event::Drive), Err(Refusal::Disarmed));
+//! assert_eq!(supervisor.apply(Event::Arm), Ok(Action::Energise));
+//! assert_eq!(supervisor.apply(Event::Drive), Ok(Action::Energise));
+//! assert_eq!(supervisor.permission(), Permission::Drive);
+//!
+//! // The same table without a state of its own.
+//! assert_eq!(next(State::Running, Event::Tripped), Ok((State::Fault, Action::Halt)));
+//! assert_eq!(next(State::Fault, Event::Arm), Err(Refusal::Faulted));
+//! assert_eq!(next(State::Fault, Event::ClearFault), Ok((State::Boot, Action::Search)));
+//! ```
 
 mod table;
 

@@ -24,6 +24,25 @@ pub enum Mounting {
 ///
 /// Fields carry the names of Table 1. A value that does not enter the
 /// equations (I1y, I1z) is kept so that the table is whole.
+///
+/// ```
+/// use armbridge_control::arm::{Parameters, State};
+/// use nalgebra::Vector2;
+///
+/// let arm = Parameters { b1: 0.0, b2: 0.0, ..Parameters::<f64>::paper() };
+/// let leaning = Vector2::new(0.3, -0.25);
+/// // Under the torque of gravity the arm stays where it rests.
+/// let rest = State::at_rest(leaning);
+/// assert!(arm.acceleration(&rest, arm.gravity(leaning)).amax() < 1e-12);
+///
+/// // Without torque and friction it falls, and keeps its energy.
+/// let (mut state, step_s) = (rest, 1e-5);
+/// while state.q.amax() < 1.0 {
+///     state.dq += arm.acceleration(&state, Vector2::zeros()) * step_s;
+///     state.q += state.dq * step_s;
+/// }
+/// assert!((arm.energy(&state) - arm.energy(&rest)).abs() < 1e-4);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "postcard", derive(Serialize, Deserialize, Schema, MaxSize))]
 pub struct Parameters<T> {

@@ -29,6 +29,36 @@
 //!
 //! Nothing is clamped here, see [`actuator`](crate::actuator). A torque takes some 170
 //! instructions on a Cortex-M4F, sines and cosines included.
+//!
+//! # Example
+//!
+//! ```
+//! use armbridge_control::arm::{Parameters, State};
+//! use armbridge_control::controller::{ComputedTorque, Tuning, computed_torque::Error};
+//! use armbridge_control::trajectory::Reference;
+//! use nalgebra::Vector2;
+//!
+//! let arm = Parameters::<f64>::paper();
+//! let tuning = Tuning { natural_rad_s: [15.0; 2], damping: [1.0; 2] };
+//! let law = ComputedTorque::new(&tuning, 1e-3).unwrap();
+//!
+//! // 0.1 s from an error of 0.2 rad on, critically damped: 0.2 (1 + wn t) exp(-wn t).
+//! let reference = Reference::at_rest(Vector2::new(0.5, 0.0));
+//! let mut state = State::at_rest(Vector2::new(0.3, 0.0));
+//! for _ in 0..1_000 {
+//!     let torque = law.torque(&arm, &state, &reference);
+//!     state.dq += arm.acceleration(&state, torque) * 1e-4;
+//!     state.q += state.dq * 1e-4;
+//! }
+//! let error = reference.q - state.q;
+//! assert!((error.x - 0.2 * 2.5 * (-1.5_f64).exp()).abs() < 1e-3);
+//! // The joints do not couple.
+//! assert!(error.y.abs() < 1e-12);
+//!
+//! let too_stiff = Tuning { natural_rad_s: [5_000.0; 2], ..tuning };
+//! let refused = ComputedTorque::new(&too_stiff, 1e-3);
+//! assert!(matches!(refused, Err(Error::Unstable { joint: 0, .. })));
+//! ```
 
 use super::Demand;
 use crate::arm::{Parameters, Posture, State};

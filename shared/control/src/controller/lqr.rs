@@ -80,6 +80,24 @@ impl<T: Real> Lqr<T> {
 
     /// The optimal gain for a model and weights.
     ///
+    /// ```
+    /// use armbridge_control::arm::Parameters;
+    /// use armbridge_control::controller::{Lqr, Weights};
+    /// use armbridge_control::design::stability;
+    /// use nalgebra::Vector2;
+    ///
+    /// let arm = Parameters::<f64>::paper();
+    /// let model = arm.linearise(Vector2::zeros()).zero_order_hold(1e-3);
+    /// let lqr = Lqr::design(&model, &Weights::paper()).unwrap();
+    ///
+    /// let radius = |matrix| stability::dominant(&matrix).unwrap().radius();
+    /// assert!(radius(model.a) > 1.0, "the arm falls without control");
+    /// assert!(radius(model.a - model.b * lqr.gain) < 1.0);
+    ///
+    /// let free_torque = Weights { r: [0.0; 2], ..Weights::paper() };
+    /// assert!(Lqr::design(&model, &free_torque).is_err());
+    /// ```
+    ///
     /// # Errors
     ///
     /// See [`riccati::Error`].

@@ -16,6 +16,24 @@
 //! and with `L = A Lc` both are the same recursion with the same poles. A here
 //! is the 2 x 2 block of one joint, see
 //! [`Discrete::joints`](crate::arm::Discrete::joints).
+//!
+//! ```
+//! use armbridge_control::arm::Parameters;
+//! use armbridge_control::design::placement::{Error, Poles, prediction_gain};
+//! use nalgebra::Vector2;
+//!
+//! let model = Parameters::<f64>::paper().linearise(Vector2::zeros()).zero_order_hold(1e-3);
+//! let [joint, _] = model.joints();
+//! let gain = prediction_gain(&joint, Poles::Real(0.9, 0.95)).unwrap();
+//!
+//! let mut error = joint;
+//! error.m11 -= gain.x;
+//! error.m21 -= gain.y;
+//! assert!((error.trace() - (0.9 + 0.95)).abs() < 1e-12);
+//! assert!((error.determinant() - 0.9 * 0.95).abs() < 1e-12);
+//!
+//! assert_eq!(prediction_gain(&joint, Poles::Real(0.9, 1.0)), Err(Error::Unstable));
+//! ```
 
 use super::stability::Eigenvalue;
 use crate::real::Real;

@@ -33,6 +33,31 @@
 //! a torque. So an arm that rests at a setpoint away from upright is not taken
 //! for one that is being pushed. [`Kalman`] has Coriolis torque and dry friction
 //! too, and finds the torque that is left.
+//!
+//! # Example
+//!
+//! An arm at rest is held against a push of 50 mN m on joint 1, which the Kalman filter finds:
+//!
+//! ```
+//! use armbridge_control::arm::Parameters;
+//! use armbridge_control::estimate::{Config, Error, Tuning};
+//! use nalgebra::Vector2;
+//!
+//! let arm = Parameters::<f64>::paper();
+//! let filter = Config::kalman().build(&arm, 1e-3).unwrap();
+//! let (q, push) = (Vector2::new(0.3, -0.2), Vector2::new(0.05, 0.0));
+//! let mut estimate = filter.at_rest(q);
+//! for tick in 0..3_000 {
+//!     // Every tenth sample of joint 2 is missing.
+//!     let state = filter.correct(&mut estimate, [Some(q.x), (tick % 10 > 0).then_some(q.y)]);
+//!     assert!((state.q - q).amax() < 0.01);
+//!     filter.advance(&arm, &mut estimate, arm.gravity(q) - push);
+//! }
+//! assert!((estimate.disturbance() - push).amax() < 1e-4);
+//!
+//! let no_noise = Tuning { angle_rad: 0.0, ..Tuning::standing() };
+//! assert_eq!(Config::Kalman(no_noise).build(&arm, 1e-3), Err(Error::Noise));
+//! ```
 
 mod error;
 mod finite_difference;

@@ -33,6 +33,42 @@
 //!
 //! In s since the start. In `f32` a millisecond is kept apart to 3 % at the longest
 //! duration, [`DURATION_MAX_S`].
+//!
+//! # Example
+//!
+//! ```
+//! use armbridge_control::trajectory::{Bounds, Error, Quantity, Reference, Shape, Trajectory};
+//! use nalgebra::Vector2;
+//!
+//! let bounds = Bounds {
+//!     angle_rad: 1.2_f64,
+//!     speed_rad_s: 4.0,
+//!     acceleration_rad_s2: 20.0,
+//!     jerk_rad_s3: 4_000.0,
+//! };
+//! let from = Reference::at_rest(Vector2::zeros());
+//! let to = Vector2::new(0.6, -0.4);
+//!
+//! let motion = Shape::MinimumJerk { to, duration_s: Some(0.8) };
+//! let trajectory = Trajectory::plan(from, &motion, &bounds).unwrap();
+//! // Half way in half the time, at 15/8 of the mean speed.
+//! let middle = trajectory.at(0.4);
+//! assert!((middle.q - to / 2.0).amax() < 1e-12);
+//! assert!((middle.dq - to / 0.8 * 1.875).amax() < 1e-12);
+//! assert_eq!(trajectory.at(0.8), Reference::at_rest(to));
+//!
+//! // The same in 0.2 s takes more than 4 rad/s, or more than 20 rad/s^2.
+//! let hurry = Shape::MinimumJerk { to, duration_s: Some(0.2) };
+//! let refused = Trajectory::plan(from, &hurry, &bounds);
+//! let Err(Error::Exceeds(peak)) = refused else { panic!("{refused:?}") };
+//! assert_eq!((peak.joint, peak.quantity), (0, Quantity::Acceleration));
+//! assert!(peak.value.abs() > peak.limit);
+//!
+//! // Without a duration the shortest is found: here the acceleration touches its bound.
+//! let soon = Shape::MinimumJerk { to, duration_s: None };
+//! let shortest_s = Trajectory::plan(from, &soon, &bounds).unwrap().duration_s();
+//! assert!(shortest_s > 0.2 && shortest_s < 0.8, "{shortest_s} s");
+//! ```
 
 mod bounds;
 mod error;

@@ -11,6 +11,32 @@ use crate::{Packet, ServoId};
 pub const MASTER: u8 = 0xFE;
 
 /// All requests of the bridge to Morpheus servos.
+///
+/// A tick is [`Request::Drive`], [`Request::Cycle`], and a position of each servo:
+///
+/// ```
+/// use armbridge_servo::morpheus::{MASTER, Parser, Request};
+/// use armbridge_servo::{Pwm, ServoId};
+///
+/// let [first, second] = [1, 2].map(|id| ServoId::new(id).unwrap());
+/// let drive = Request::Drive([(first, Pwm::new(1_500).unwrap()), (second, Pwm::OFF)]);
+/// assert_eq!(
+///     drive.encode(),
+///     [0xAA, 13, 0xFF, 0xFE, 0x83, 0x0F, 3, 1, 0, 0xDC, 5, 2, 0, 0xE8, 3, 0x84],
+/// );
+/// assert_eq!(Request::Cycle.encode(), [0xAA, 3, 0xFF, 0xFE, 7, 0xF5]);
+///
+/// // Servo 1 reports 500 counts; of servo 2 a bit was damaged.
+/// let mut parser = Parser::to(MASTER);
+/// let mut replies = Vec::new();
+/// for byte in [0xAA, 4, 0xFE, 1, 1, 0xF4, 3, 0xAA, 4, 0xFE, 2, 1, 0xF5, 3] {
+///     if let Some(packet) = parser.push(byte) {
+///         replies.push(packet.map(|frame| (frame.source, frame.data.to_vec())));
+///     }
+/// }
+/// assert_eq!(replies[0], Ok((1, 500_u16.to_be_bytes().to_vec())));
+/// assert!(replies[1].is_err());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
     /// Presence test, answered with one byte.

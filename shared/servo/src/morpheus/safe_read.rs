@@ -15,6 +15,24 @@
 //! bytes in front are dropped. A READ that begins in the EEPROM never reaches the RAM:
 //! the firmware checks the first address only. The position's low byte at 0x0B thus cannot be
 //! read; the position comes from [`Request::Cycle`](super::Request::Cycle).
+//!
+//! # Example
+//!
+//! The temperature is in the registers 0x0E and 0x0F, so its READ begins two before them:
+//!
+//! ```
+//! use armbridge_servo::ServoId;
+//! use armbridge_servo::morpheus::safe_read::{PlanError, plan};
+//!
+//! let temperature = plan(0x0E, 2).unwrap();
+//! assert_eq!(temperature.range(), 0x0C..0x10);
+//! let servo = ServoId::new(1).unwrap();
+//! assert_eq!(temperature.request(servo), [0xAA, 5, 1, 0xFE, 2, 0x0C, 4, 0xE4]);
+//! // Of the reply's four bytes the last two are the temperature.
+//! assert_eq!(temperature.extract(&[1, 0xF4, 0x2C, 1]), Some(&[0x2C, 1][..]));
+//!
+//! assert_eq!(plan(0x0B, 2), Err(PlanError::Position));
+//! ```
 
 use super::codes::command::READ;
 use super::codes::register::{BEFORE_PWM as TEMPERATURE_HIGH, END, POSITION as POSITION_LOW, PWM};

@@ -19,6 +19,28 @@
 //! Of the packets to all servos ([`BROADCAST`]) only PING is answered, by every servo,
 //! at the same time if there are several. Inside an
 //! instruction packet a servo waits 100 ms for the next byte, then drops it.
+//!
+//! # Example
+//!
+//! ```
+//! use armbridge_servo::protocol1::{Instruction, Parser, Status, register};
+//!
+//! let (address, count) = (register::PRESENT_POSITION, 2);
+//! let read = Instruction::Read { address, count };
+//! assert_eq!(read.encode::<8>(1).unwrap(), [0xFF, 0xFF, 1, 4, 2, 36, 2, 0xD2]);
+//!
+//! // The servo's answer, byte by byte as a receiver delivers it.
+//! let mut parser = Parser::<16>::new();
+//! let mut position = None;
+//! for byte in [0xFF, 0xFF, 1, 4, 0, 0x07, 0x02, 0xF1] {
+//!     if let Some(packet) = parser.push(byte) {
+//!         let status = Status::decode(&packet.unwrap()).unwrap();
+//!         assert!(status.id == 1 && status.alarms.is_empty());
+//!         position = status.word();
+//!     }
+//! }
+//! assert_eq!(position, Some(519));
+//! ```
 
 mod codec;
 mod exchange;
