@@ -83,3 +83,11 @@ fn main() {
     assert!((estimate.disturbance().x - 0.1).abs() < 0.02);
     println!("the arm stands");
 }
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_arm_stands() {
+        super::main();
+    }
+}

@@ -19,6 +19,7 @@ mod miri;
 mod mutations;
 mod no_panic;
 mod output;
+mod outside;
 mod packages;
 mod paths;
 mod release;

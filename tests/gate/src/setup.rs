@@ -7,14 +7,16 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::output::{Output, printed, succeeds};
+use crate::outside::WEB_TARGET;
 use crate::packages::ensure;
 use crate::paths;
 
-/// Targets: of both firmware images, and of the program on Windows and macOS.
-const TARGETS: [&str; 3] = [
+/// Targets: of both firmware images, of the program on Windows and macOS, and of web pages.
+const TARGETS: [&str; 4] = [
     "thumbv7em-none-eabihf",
     "x86_64-pc-windows-gnu",
     "aarch64-apple-darwin",
+    WEB_TARGET,
 ];
 
 /// Formatter, linter and targets, by rustup where one is missing; the test runner, by

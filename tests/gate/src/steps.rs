@@ -1,7 +1,7 @@
 //! Steps of the gate and of the campaign, in order of their cost within each lane.
 
 use crate::output::Output;
-use crate::{fuzz, host, images, miri, mutations, no_panic, release, setup, wine};
+use crate::{fuzz, host, images, miri, mutations, no_panic, outside, release, setup, wine};
 
 /// A step that must pass.
 #[derive(Clone, Copy)]
@@ -84,15 +84,16 @@ pub(crate) const GATE: &[Step] = &[
     step(
         Lane::Host,
         "rust",
-        "formatter, linter, test runner and the targets of board, Windows and macOS are there",
+        "formatter, linter, test runner and the targets of board, Windows, macOS and web are there",
         Work::Do(setup::rust),
     ),
     host_lines(
         "format",
-        "code is formatted, fuzz targets included",
+        "code is formatted, fuzz targets and the crate outside the workspace included",
         &[
             "fmt --all --check",
             "fmt --manifest-path tests/fuzz/Cargo.toml --check",
+            "fmt --manifest-path tests/outside/Cargo.toml --check",
         ],
     ),
     host_lines(
@@ -200,6 +201,12 @@ pub(crate) const GATE: &[Step] = &[
     ),
     step(
         Lane::Board,
+        "outside",
+        "a crate outside the workspace closes a loop, and builds for the board and for web pages",
+        Work::Do(outside::run),
+    ),
+    step(
+        Lane::Board,
         "fuzz",
         "each fuzz target finds nothing in a few seconds",
         Work::Do(fuzz::short),
@@ -209,6 +216,15 @@ pub(crate) const GATE: &[Step] = &[
         "miri",
         "queues between threads and interrupts do with memory only what they may",
         Work::Do(miri::threads),
+    ),
+    after(
+        &["build"],
+        step(
+            Lane::Board,
+            "package",
+            "the shared crates make packages, without warnings",
+            Work::Do(outside::package),
+        ),
     ),
     after(
         &["build"],
