@@ -55,10 +55,9 @@
 //! # Contract
 //!
 //! This crate is *sans-io*. It never touches hardware, never reads a clock and never
-//! allocates: time is passed in as microseconds of a monotonic clock (`now_us: u64`), bytes go
-//! through a [`Bus`](armbridge_servo::bus::Bus), settings through an
-//! [`embedded_storage::nor_flash::NorFlash`], and every state machine is advanced by a
-//! `poll(now_us)` that returns at once. It is `no_std` and has no `unsafe`.
+//! allocates: time is an argument, bytes go through a [`Bus`](armbridge_servo::bus::Bus),
+//! settings through an [`embedded_storage::nor_flash::NorFlash`], and every state machine is
+//! advanced by a `poll(now_us)` that returns at once. It is `no_std` and has no `unsafe`.
 //!
 //! Equal inputs give equal outputs, to the bit, on a Cortex-M4F and on a PC. Nothing that bus,
 //! host or client can send makes it panic: Armbridge links this code into a firmware image in

@@ -6,8 +6,8 @@
 //!
 //! The simulated arm is integrated in steps of 0.1 ms. Its servos are as real ones are: angles
 //! are whole encoder counts of 5 mrad, torques whole counts of PWM that act one period after
-//! the samples from which they are computed. From 2 s on something pushes joint 1 with
-//! 0.1 N m; the filter finds that torque, and the controller takes it away.
+//! the samples from which they are computed. From 2 s on a disturbance of 0.1 N m acts on joint
+//! 1: the filter estimates it, and the controller subtracts the estimate.
 
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::{Parameters, State};

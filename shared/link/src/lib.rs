@@ -51,7 +51,7 @@
 //!    answers with its own. Motors go off. The board reports its settings, servos and state.
 //! 2. [`Command::Arm`](message::Command::Arm) needs the session's number from the board's
 //!    [`BoardReport`](message::BoardReport); then any command that drives may follow.
-//! 3. The host sends something, at least a heartbeat, more often than every
+//! 3. The host sends a message, at least a heartbeat, more often than every
 //!    [`hold_ms`](limits::Limits::hold_ms), after which the board brakes the arm; after
 //!    [`silence_ms`](limits::Limits::silence_ms) it switches the motors off.
 //! 4. [`ToBoard::Goodbye`](message::ToBoard::Goodbye) disarms.

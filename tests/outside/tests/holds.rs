@@ -1,4 +1,4 @@
-//! The loop holds the arm, and lets go of it when servos fall silent.
+//! The loop holds the arm, and switches the motors off when its servos fall silent.
 
 use armbridge_board::control_loop::ActuatorCommand;
 use armbridge_link::message::{Fault, Settings};
