@@ -108,7 +108,7 @@ fn all_controllers_and_motions_agree_with_the_bench() {
     };
     assert!(in_mode(Drive::Regulate).count() > 700 && in_mode(Drive::Track).count() > 3_000);
     let furthest = |joint: usize| {
-        let angles = in_mode(Drive::Track).map(|record| record.angle_rad[joint]);
+        let angles = in_mode(Drive::Track).map(|record| record.output.angle_rad[joint]);
         angles.fold(0.0_f32, |most, angle| most.max(angle.abs()))
     };
     assert!(furthest(0) > 0.29 && furthest(1) > 0.29, "it moved");
@@ -129,7 +129,7 @@ fn firmware_balances_and_repeats_and_agrees_with_the_bench() {
     let to_first_setpoint: Vec<_> = first
         .iter()
         .copied()
-        .take_while(|r| r.reference_rad == [0.0, 0.0])
+        .take_while(|r| r.output.reference_rad == [0.0, 0.0])
         .collect();
     for joint in 0..2 {
         let settled_s = settling_s(&to_first_setpoint, joint, 0.020);
@@ -232,7 +232,7 @@ fn another_program_can_have_the_link() {
         .filter(|record| record.mode.drive() == Some(Drive::Regulate));
     let last = regulated.next_back().unwrap();
     assert!(
-        last.angle_rad.iter().all(|angle| angle.abs() < 0.15),
+        last.output.angle_rad.iter().all(|angle| angle.abs() < 0.15),
         "{last:?}"
     );
     assert_eq!((link.lost, link.damaged), (0, 0));

@@ -72,7 +72,7 @@ fn firmware_keeps_settings_across_a_reset() {
     let pairs = second.received.records.windows(2);
     let neighbours = pairs.filter(|pair| pair[1].tick - pair[0].tick == 1);
     let mut periods_us: Vec<u64> = neighbours
-        .map(|pair| pair[1].start_us - pair[0].start_us)
+        .map(|pair| pair[1].input.start_us - pair[0].input.start_us)
         .collect();
     // A busy machine delays single ticks.
     let middle = periods_us.len() / 2;

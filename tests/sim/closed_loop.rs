@@ -30,7 +30,8 @@ fn rest_error(records: &[Record], ticks: usize) -> [f64; 2] {
         .collect();
     let tail = &regulated[regulated.len() - ticks..];
     [0, 1].map(|joint| {
-        let error = |r: &&Record| f64::from(r.angle_rad[joint] - r.reference_rad[joint]);
+        let error =
+            |r: &&Record| f64::from(r.output.angle_rad[joint] - r.output.reference_rad[joint]);
         tail.iter().map(error).sum::<f64>() / ticks as f64
     })
 }
@@ -88,7 +89,7 @@ fn an_arm_that_hangs_is_regulated_as_well() {
             // Away from its zero it is pulled back, and held against that.
             let last = records.last().unwrap();
             for (joint, target) in target_rad.into_iter().enumerate() {
-                let torque_nm = last.torque_nm[joint];
+                let torque_nm = last.output.torque_nm[joint];
                 assert!(target == 0.0 || torque_nm * target > 0.0, "{last:?}");
             }
         }
@@ -178,7 +179,7 @@ fn losing_a_servo_switches_the_other_off() {
     assert_eq!(run.bench.applied_pwm(0), 1000);
     run.run().unwrap();
     let records = run.host.into_parts().0;
-    let lost = |r: &&Record| r.samples[1] == Sample::Missing(Missing::Silence);
+    let lost = |r: &&Record| r.input.samples[1] == Sample::Missing(Missing::Silence);
     let ridden_through = records
         .iter()
         .filter(lost)
@@ -256,7 +257,9 @@ fn a_joint_is_braked_before_its_limit_and_let_go_if_it_is_pushed_on() {
         [1000, 1000]
     );
     let records = run.host.into_parts().0;
-    let braked = records.iter().filter(|r| r.guards.contains(Guards::BRAKED));
+    let braked = records
+        .iter()
+        .filter(|r| r.output.guards.contains(Guards::BRAKED));
     // The last of half a second is the fault's.
     let braked_ms = 1 + braked.count();
     assert!((500..1_000).contains(&braked_ms), "{braked_ms} ms");
@@ -282,7 +285,10 @@ fn an_idle_arm_that_is_held_aside_has_no_speed() {
     let last = &records[records.len() - 500..];
     assert!(last.iter().all(|record| record.mode.drive().is_none()));
     for joint in 0..2 {
-        let sum: f32 = last.iter().map(|record| record.speed_rad_s[joint]).sum();
+        let sum: f32 = last
+            .iter()
+            .map(|record| record.output.speed_rad_s[joint])
+            .sum();
         let mean = sum / last.len() as f32;
         assert!(mean.abs() < 0.02, "joint {joint}: {mean} rad/s");
     }

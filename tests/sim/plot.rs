@@ -109,7 +109,7 @@ fn stiction_faults_and_idle_clocks_are_drawn() {
     }
     for record in &mut records[8000..] {
         record.mode = Mode::Fault(Fault::SamplesLost);
-        record.samples = [Sample::Missing(Missing::Silence); 2];
+        record.input.samples = [Sample::Missing(Missing::Silence); 2];
     }
     let files = draw("plot-fault", &records);
     let angles = std::fs::read_to_string(&files[0]).unwrap();
@@ -125,8 +125,8 @@ fn nothing_and_nonsense_are_drawn_too() {
     draw("plot-empty", &[]);
     let mut records = synthetic::run(0.0)[..30].to_vec();
     for record in &mut records {
-        record.angle_rad = [f32::NAN, f32::INFINITY];
-        record.torque_nm = [f32::NAN; 2];
+        record.output.angle_rad = [f32::NAN, f32::INFINITY];
+        record.output.torque_nm = [f32::NAN; 2];
     }
     draw("plot-nan", &records);
 }

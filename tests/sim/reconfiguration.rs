@@ -50,7 +50,7 @@ fn a_setup_taken_over_in_mid_motion_makes_no_step_in_the_torque() {
             .windows(2)
             .filter(|two| two[1].mode.drive() == Some(Drive::Track));
         moving
-            .flat_map(|two| [0, 1].map(|j| two[1].pwm_next[j].abs_diff(two[0].pwm_next[j])))
+            .flat_map(|two| [0, 1].map(|j| two[1].output.pwm[j].abs_diff(two[0].output.pwm[j])))
             .max()
             .unwrap()
     };
@@ -70,7 +70,8 @@ fn a_setup_taken_over_in_mid_motion_makes_no_step_in_the_torque() {
     let away = switched
         .iter()
         .filter(|record| record.mode.drive() == Some(Drive::Track));
-    let error = away.flat_map(|r| [0, 1].map(|j| (r.angle_rad[j] - r.reference_rad[j]).abs()));
+    let error = away
+        .flat_map(|r| [0, 1].map(|j| (r.output.angle_rad[j] - r.output.reference_rad[j]).abs()));
     let worst = error.fold(0.0, f32::max);
     assert!(worst < 0.05, "{worst}");
 }
@@ -99,13 +100,16 @@ fn a_constant_torque_is_left_without_a_step() {
         })
         .unwrap();
     for joint in 0..2 {
-        let step = change[1].pwm_next[joint].abs_diff(change[0].pwm_next[joint]);
+        let step = change[1].output.pwm[joint].abs_diff(change[0].output.pwm[joint]);
         // A hundredth of what is faded out, and what a tick's motion changes;
         // the whole of it would be hundreds of counts.
         assert!(step <= 12, "{change:?}");
     }
     let last = records.last().unwrap();
-    assert!(last.angle_rad.iter().all(|q| q.abs() < 0.01), "{last:?}");
+    assert!(
+        last.output.angle_rad.iter().all(|q| q.abs() < 0.01),
+        "{last:?}"
+    );
 }
 
 #[test]

@@ -43,9 +43,11 @@ const PUSH: [Request; 2] = [
 /// The greatest torque of joint 0, and whether it was limited.
 fn pushed(received: &Received) -> (f32, bool) {
     let driven = received.records.iter().filter(|r| r.mode.drive().is_some());
-    let torque = |record: &Record| record.torque_nm[0].abs();
+    let torque = |record: &Record| record.output.torque_nm[0].abs();
     let greatest_nm = driven.clone().map(torque).fold(0.0, f32::max);
-    let is_limited = driven.clone().any(|r| r.guards.contains(Guards::TORQUE));
+    let is_limited = driven
+        .clone()
+        .any(|r| r.output.guards.contains(Guards::TORQUE));
     (greatest_nm, is_limited)
 }
 

@@ -20,17 +20,17 @@ const LINK: LinkStats = LinkStats {
 fn decay() -> Vec<Record> {
     let mut record = synthetic::run(0.0)[100];
     record.mode = Mode::Running(Drive::Regulate);
-    record.samples = [Sample::Counts(512); 2];
-    record.pwm_in_force = [1000, 1000];
-    record.torque_nm = [0.1, -0.4];
+    record.input.samples = [Sample::Counts(512); 2];
+    record.input.pwm_in_force = [1000, 1000];
+    record.output.torque_nm = [0.1, -0.4];
     let tick = |k: u32| {
         let reference = if k < 2000 { 0.0 } else { 0.2 };
         let t = f64::from(k % 2000) * 1e-3;
         let angle = f64::from(reference) + 0.010 + 0.090 * (-t / 0.2).exp();
         record.tick = k;
-        record.start_us = 5_000_000 + u64::from(k) * 1000;
-        record.reference_rad = [reference, 0.0];
-        record.angle_rad = [angle as f32, -0.030];
+        record.input.start_us = 5_000_000 + u64::from(k) * 1000;
+        record.output.reference_rad = [reference, 0.0];
+        record.output.angle_rad = [angle as f32, -0.030];
         record.timing = Timing {
             start_error_us: k % 100,
             bus_us: 500,
@@ -78,8 +78,8 @@ fn pushed(rest_rad: f64, pushed_rad: f64) -> (Vec<Record>, Push) {
         let bump = if k < 2000 { 0.0 } else { pushed_rad };
         let since_s = if k < 2000 { t } else { (t - 2.1).max(0.0) };
         let start_rad = if k < 2000 { 0.1 } else { bump };
-        record.reference_rad = [0.0; 2];
-        record.angle_rad = [
+        record.output.reference_rad = [0.0; 2];
+        record.output.angle_rad = [
             (rest_rad + start_rad * (-since_s / 0.2).exp()) as f32,
             -0.001,
         ];
@@ -97,7 +97,7 @@ fn pushed_summary(rest_rad: f64, pushed_rad: f64) -> Summary {
     let (records, push) = pushed(rest_rad, pushed_rad);
     let mut tally = Tally::default();
     for record in &records {
-        if record.start_us == push.start_ns / 1_000 {
+        if record.input.start_us == push.start_ns / 1_000 {
             tally.push(&push);
         }
         tally.add(record);
@@ -144,7 +144,7 @@ fn a_joint_settles_if_it_stays_for_half_a_second() {
     records.truncate(2000);
     // Joint 2 comes into the band in the last 13 ms.
     for record in &mut records[1987..] {
-        record.angle_rad[1] = -0.019;
+        record.output.angle_rad[1] = -0.019;
     }
     let summary = summary(&records, &synthetic::facts(None));
     assert_eq!(summary.segments[0].joints[1].settling_time_s, None);
@@ -156,7 +156,7 @@ fn a_fall_is_no_rest() {
     let mut records = decay();
     records.truncate(3000);
     for (k, record) in records[2800..].iter_mut().enumerate() {
-        record.angle_rad[1] = -0.03 - 0.001 * k as f32;
+        record.output.angle_rad[1] = -0.03 - 0.001 * k as f32;
     }
     let rests = |records: &[Record]| {
         let remarks = summary(records, &synthetic::facts(Some(0.01))).remarks;
@@ -178,8 +178,8 @@ fn a_fall_is_no_rest() {
 #[test]
 fn the_run_is_measured_over_all_its_ticks() {
     let mut records = decay();
-    records[1000].torque_nm[0] = -0.9;
-    records[1000].pwm_in_force[1] = 300;
+    records[1000].output.torque_nm[0] = -0.9;
+    records[1000].input.pwm_in_force[1] = 300;
     let summary = summary(&records, &synthetic::facts(None));
     assert!((summary.peak_torque_nm[0] - 0.9).abs() < 1e-6);
     assert_eq!(summary.peak_pwm_deviation, [0, 700]);
@@ -204,8 +204,8 @@ fn faults_and_losses_are_said() {
     for record in &mut records[3000..] {
         record.mode = Mode::Fault(Fault::SamplesLost);
     }
-    records[10].samples[1] = Sample::Missing(Missing::Silence);
-    records[11].samples = [
+    records[10].input.samples[1] = Sample::Missing(Missing::Silence);
+    records[11].input.samples = [
         Sample::Missing(Missing::Line),
         Sample::Missing(Missing::Silence),
     ];

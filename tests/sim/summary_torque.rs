@@ -9,15 +9,15 @@ use armbridge_tests::synthetic;
 fn resting(ticks: u32) -> Vec<Record> {
     let mut record = synthetic::run(0.0)[100];
     record.mode = Mode::Running(Drive::Regulate);
-    record.guards = Guards::NONE;
-    record.samples = [Sample::Counts(512); 2];
-    record.torque_nm = [0.2, -0.4];
-    record.reference_rad = [0.0; 2];
-    record.reference_speed_rad_s = [0.0; 2];
-    record.angle_rad = [0.0; 2];
+    record.output.guards = Guards::NONE;
+    record.input.samples = [Sample::Counts(512); 2];
+    record.output.torque_nm = [0.2, -0.4];
+    record.output.reference_rad = [0.0; 2];
+    record.output.reference_speed_rad_s = [0.0; 2];
+    record.output.angle_rad = [0.0; 2];
     let tick = |k: u32| {
         record.tick = k;
-        record.start_us = 5_000_000 + u64::from(k) * 1_000;
+        record.input.start_us = 5_000_000 + u64::from(k) * 1_000;
         record
     };
     (0..ticks).map(tick).collect()
@@ -34,9 +34,10 @@ fn moved(rest_ticks: u32) -> Summary {
     let mut records = resting(1_000 + rest_ticks);
     for (k, record) in records.iter_mut().enumerate() {
         record.mode = Mode::Running(Drive::Track);
-        record.reference_rad[0] = k.min(1_000) as f32 * 1e-4;
-        record.reference_speed_rad_s[0] = if k < 1_000 { 0.1 } else { 0.0 };
-        record.angle_rad[0] = record.reference_rad[0] + if k <= 1_000 { 3e-3 } else { 0.0 };
+        record.output.reference_rad[0] = k.min(1_000) as f32 * 1e-4;
+        record.output.reference_speed_rad_s[0] = if k < 1_000 { 0.1 } else { 0.0 };
+        record.output.angle_rad[0] =
+            record.output.reference_rad[0] + if k <= 1_000 { 3e-3 } else { 0.0 };
     }
     summary(&records)
 }
@@ -54,13 +55,13 @@ fn the_error_in_motion_does_not_depend_on_the_rest_that_follows() {
 #[test]
 fn a_torque_stands_beside_the_limit_of_its_direction() {
     let mut records = resting(1_000);
-    records[500].torque_nm = [1.22, -1.1];
+    records[500].output.torque_nm = [1.22, -1.1];
     let text = summary(&records).totals();
     assert!(
         text.contains("torque at most 1.22 and 1.10 of 1.22 and 1.18 N m"),
         "{text}"
     );
-    records[500].torque_nm = [-1.1, -1.18];
+    records[500].output.torque_nm = [-1.1, -1.18];
     let text = summary(&records).totals();
     assert!(
         text.contains("torque at most 1.10 and 1.18 of 1.18 N m"),
@@ -82,8 +83,8 @@ fn torque_that_chatters_or_is_limited_at_rest_is_remarked() {
     let mut noisy = steady.clone();
     let mut chattering = steady.clone();
     for k in (0..2_000).step_by(2) {
-        noisy[k].torque_nm[0] += 0.1;
-        chattering[k].torque_nm[0] += 0.2;
+        noisy[k].output.torque_nm[0] += 0.1;
+        chattering[k].output.torque_nm[0] += 0.2;
     }
     assert_eq!(at_rest(&noisy), [""; 0]);
     assert_eq!(
@@ -97,11 +98,11 @@ fn torque_that_chatters_or_is_limited_at_rest_is_remarked() {
     // 1500 of the ticks are at rest; what limits do before is not rest.
     let mut limited = steady;
     for record in &mut limited[..507] {
-        record.guards = Guards::TORQUE;
+        record.output.guards = Guards::TORQUE;
     }
     assert_eq!(at_rest(&limited), [""; 0]);
     for record in &mut limited[1_000..1_015] {
-        record.guards = Guards::RATE;
+        record.output.guards = Guards::RATE;
     }
     let remarks = at_rest(&limited);
     assert!(

@@ -43,9 +43,9 @@ impl Tap for Watcher {
                 EventKind::Received(_, ToHost::Record(record)) => {
                     received.records += 1;
                     received.mode = Some(record.mode);
-                    received.board_us = record.start_us;
+                    received.board_us = record.input.start_us;
                     if received.stopped_us == 0 && matches!(record.mode, Mode::Fault(_)) {
-                        received.stopped_us = record.start_us;
+                        received.stopped_us = record.input.start_us;
                     }
                     received.was_armed_after |= received.partings > 0 && record.mode.is_armed();
                 }

@@ -128,7 +128,7 @@ pub fn period_us(received: &Received) -> u64 {
     let [.., a, b] = &received.records[..] else {
         panic!("no ticks");
     };
-    b.start_us - a.start_us
+    b.input.start_us - a.input.start_us
 }
 
 /// Another period.

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use armbridge_client::event::Direction;
 use armbridge_link::frame::Encoder;
 use armbridge_link::message::{Mode, Record, Sample, Settings, ToHost};
+use armbridge_link::message::{TickInput, TickOutput};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::Recording;
 use armbridge_log::run_info::RunFacts;
@@ -29,15 +30,21 @@ fn now_ns() -> u64 {
 fn tick(tick: u32) -> Record {
     Record {
         tick,
-        start_us: u64::from(tick) * 1_000,
         mode: Mode::Idle,
-        samples: [Sample::Counts(512); 2],
-        reference_rad: [0.1; 2],
-        reference_speed_rad_s: [0.1; 2],
-        angle_rad: [0.1; 2],
-        speed_rad_s: [0.1; 2],
-        torque_nm: [0.1; 2],
-        disturbance_nm: [0.1; 2],
+        input: TickInput {
+            start_us: u64::from(tick) * 1_000,
+            samples: [Sample::Counts(512); 2],
+            ..TickInput::AT_REST
+        },
+        output: TickOutput {
+            reference_rad: [0.1; 2],
+            reference_speed_rad_s: [0.1; 2],
+            angle_rad: [0.1; 2],
+            speed_rad_s: [0.1; 2],
+            torque_nm: [0.1; 2],
+            disturbance_nm: [0.1; 2],
+            ..TickOutput::NONE
+        },
         ..Record::NONE
     }
 }

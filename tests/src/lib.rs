@@ -119,14 +119,14 @@ pub fn settling_s(records: &[Record], joint: usize, band_rad: f32) -> Option<f64
             .filter(|record| record.mode.drive() == Some(Drive::Regulate))
     };
     let outside = |record: &&Record| {
-        (record.angle_rad[joint] - record.reference_rad[joint]).abs() >= band_rad
+        (record.output.angle_rad[joint] - record.output.reference_rad[joint]).abs() >= band_rad
     };
     let first = regulated().next()?;
     let last = regulated().next_back()?;
     let settled_us = match regulated().rfind(outside) {
         Some(outside) if outside.tick == last.tick => return None,
-        Some(outside) => outside.start_us,
-        None => first.start_us,
+        Some(outside) => outside.input.start_us,
+        None => first.input.start_us,
     };
-    Some((settled_us - first.start_us) as f64 * 1e-6)
+    Some((settled_us - first.input.start_us) as f64 * 1e-6)
 }

@@ -8,6 +8,7 @@ use armbridge_control::estimate::Config;
 use armbridge_link::message::{
     Controller, Drive, Gains, Missing, Mode, Record, Sample, Setup, Timing,
 };
+use armbridge_link::message::{TickInput, TickOutput};
 use armbridge_log::run_info::RunFacts;
 
 /// Angle of one encoder count: 300 degrees over 1023 counts.
@@ -130,24 +131,30 @@ pub fn run(friction_nm: f64) -> Vec<Record> {
         };
         Record {
             tick: k,
-            start_us: u64::from(k) * 1000 + u64::from(start_error_us),
             mode: if up {
                 Mode::Running(Drive::Regulate)
             } else {
                 Mode::Boot
             },
-            samples,
-            pwm_in_force,
-            pwm_next: [joints[0].pwm, joints[1].pwm],
-            reference_rad: if up { reference } else { [0.0; 2] },
-            angle_rad: [joints[0].angle as f32, joints[1].angle as f32],
-            speed_rad_s: [joints[0].speed as f32, joints[1].speed as f32],
-            torque_nm: [joints[0].torque as f32, joints[1].torque as f32],
             timing: Timing {
                 start_error_us,
                 bus_us: 470 + (noise.next() * 25.0) as u32,
                 compute_ns: 1500 + (noise.next().powi(20) * 20_000.0) as u32,
                 missed: 0,
+            },
+            input: TickInput {
+                start_us: u64::from(k) * 1000 + u64::from(start_error_us),
+                samples,
+                pwm_in_force,
+                ..TickInput::AT_REST
+            },
+            output: TickOutput {
+                pwm: [joints[0].pwm, joints[1].pwm],
+                reference_rad: if up { reference } else { [0.0; 2] },
+                angle_rad: [joints[0].angle as f32, joints[1].angle as f32],
+                speed_rad_s: [joints[0].speed as f32, joints[1].speed as f32],
+                torque_nm: [joints[0].torque as f32, joints[1].torque as f32],
+                ..TickOutput::NONE
             },
             ..Record::NONE
         }

@@ -25,6 +25,7 @@ use armbridge_link::frame::{Decoder, Encoder};
 use armbridge_link::message::{
     Command, Drive, Guards, Mode, Record, Sample, Timing, ToBoard, ToHost,
 };
+use armbridge_link::message::{TickInput, TickOutput};
 use armbridge_servo::JOINTS;
 use cortex_m_semihosting::hprintln;
 use nalgebra::Vector2;
@@ -100,8 +101,10 @@ fn measure() -> Option<()> {
     show(
         "LQR and linear Luenberger observer",
         count(|| {
-            observer.correct(&mut estimate, *black_box(&measured));
-            let ahead = observer.advance(&arm, &posture, &mut estimate, *black_box(&torque));
+            // In memory, as in a tick: a loop would keep them in registers.
+            let (observer, lqr, estimate) = black_box((&observer, &lqr, &mut estimate));
+            observer.correct(estimate, *black_box(&measured));
+            let ahead = observer.advance(&arm, &posture, estimate, *black_box(&torque));
             lqr.feedback(&ahead, black_box(&upright))
         }),
     );
@@ -184,19 +187,7 @@ fn frames() {
 fn record() -> Record {
     Record {
         tick: 1_000_000,
-        start_us: 1_000_000_000,
         mode: Mode::Running(Drive::Regulate),
-        guards: Guards::NONE,
-        samples: [Sample::Counts(511), Sample::Counts(540)],
-        alarms: [0; JOINTS],
-        pwm_in_force: [1_021, 987],
-        pwm_next: [1_022, 986],
-        reference_rad: [0.15, -0.1],
-        reference_speed_rad_s: [0.0; JOINTS],
-        angle_rad: [0.1487, -0.0991],
-        speed_rad_s: [0.0123, -0.0312],
-        torque_nm: [0.0521, -0.0178],
-        disturbance_nm: [0.0; JOINTS],
         timing: Timing {
             start_error_us: 0,
             bus_us: 547,
@@ -204,5 +195,23 @@ fn record() -> Record {
             missed: 0,
         },
         dropped: 0,
+        input: TickInput {
+            start_us: 1_000_000_000,
+            samples: [Sample::Counts(511), Sample::Counts(540)],
+            alarms: [0; JOINTS],
+            pwm_in_force: [1_021, 987],
+            ..TickInput::AT_REST
+        },
+        output: TickOutput {
+            guards: Guards::NONE,
+            pwm: [1_022, 986],
+            reference_rad: [0.15, -0.1],
+            reference_speed_rad_s: [0.0; JOINTS],
+            angle_rad: [0.1487, -0.0991],
+            speed_rad_s: [0.0123, -0.0312],
+            torque_nm: [0.0521, -0.0178],
+            disturbance_nm: [0.0; JOINTS],
+            ..TickOutput::NONE
+        },
     }
 }

@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (tick, record) in records.iter().cycle().take(TICKS).enumerate() {
         let mut record = *record;
         record.tick = tick as u32;
-        record.start_us = tick as u64 * 1_000;
+        record.input.start_us = tick as u64 * 1_000;
         link.push(board.encode(&ToHost::Record(record)).1.to_vec());
     }
 

@@ -20,7 +20,7 @@ pub(crate) fn write_log(path: &Path, pushes: &[Push], records: &[Record]) {
     }
     for record in records {
         let frame = encoder.encode(&ToHost::Record(*record)).1;
-        tap.bytes(Direction::ToHost, record.start_us * 1_000, frame);
+        tap.bytes(Direction::ToHost, record.input.start_us * 1_000, frame);
     }
     drop(tap);
     let report = recorder.finish().unwrap();

@@ -191,16 +191,16 @@ impl Encoder {
     ) -> Result<(), E> {
         match self.last_tick {
             // A reset of the board without a message.
-            Some((_, at_us)) if record.start_us < at_us => self.reset_clock(),
+            Some((_, at_us)) if record.input.start_us < at_us => self.reset_clock(),
             Some((tick, _)) => self.gap(host_ns, tick, record.tick, put)?,
             None => {}
         }
         self.is_disconnected = false;
-        self.last_tick = Some((record.tick, record.start_us));
-        let at_ns = self.mapping.host_ns(host_ns, record.start_us);
-        self.envelope.add(host_ns, record.start_us);
+        self.last_tick = Some((record.tick, record.input.start_us));
+        let at_ns = self.mapping.host_ns(host_ns, record.input.start_us);
+        self.envelope.add(host_ns, record.input.start_us);
         self.counters.tick(record, host_ns.saturating_sub(at_ns));
-        if let Some(state) = self.states.take(record.start_us) {
+        if let Some(state) = self.states.take(record.input.start_us) {
             let message = simulation::state_message(record.tick, &state);
             self.put(Topic::SimulationState, at_ns, &message, put)?;
         }
@@ -215,7 +215,7 @@ impl Encoder {
             let (severity, text) = event_text::mode(record.mode);
             let event = proto::Event {
                 host_ns,
-                time_s: Some(telemetry::seconds(record.start_us)),
+                time_s: Some(telemetry::seconds(record.input.start_us)),
                 severity: severity.into(),
                 kind: "mode".into(),
                 text,
@@ -226,9 +226,9 @@ impl Encoder {
         }
         let is_due = self
             .last_pose_us
-            .is_none_or(|at_us| record.start_us >= at_us.saturating_add(POSE_US));
+            .is_none_or(|at_us| record.input.start_us >= at_us.saturating_add(POSE_US));
         if is_due {
-            self.last_pose_us = Some(record.start_us);
+            self.last_pose_us = Some(record.input.start_us);
             self.put(
                 Topic::JointStates,
                 at_ns,
@@ -236,7 +236,7 @@ impl Encoder {
                 put,
             )?;
             let transforms =
-                visualization::transforms(at_ns, record.angle_rad, self.settings.as_ref());
+                visualization::transforms(at_ns, record.output.angle_rad, self.settings.as_ref());
             self.put(Topic::Transforms, at_ns, &transforms, put)?;
         }
         Ok(())

@@ -184,7 +184,7 @@ impl Reader {
     /// Pushes that have begun by the start of this tick, each once. In the file a push may be
     /// before ticks of earlier time.
     pub fn pushes_begun(&mut self, record: &Record) -> &[Push] {
-        let start_ns = record.start_us.saturating_mul(1_000);
+        let start_ns = record.input.start_us.saturating_mul(1_000);
         let waiting = self.pushes.get(self.pushes_begun..).unwrap_or_default();
         let begun = waiting.iter().take_while(|push| push.start_ns <= start_ns);
         let from = self.pushes_begun;

@@ -28,12 +28,12 @@ pub fn in_closed_loop(record: &Record, value: f32) -> f64 {
 
 /// Estimated angle in rad.
 pub fn angle_rad(record: &Record, joint: usize) -> f64 {
-    once_up(record, record.angle_rad[joint])
+    once_up(record, record.output.angle_rad[joint])
 }
 
 /// Reference angle in rad.
 pub fn reference_rad(record: &Record, joint: usize) -> f64 {
-    in_closed_loop(record, record.reference_rad[joint])
+    in_closed_loop(record, record.output.reference_rad[joint])
 }
 
 /// Estimate minus reference in rad.
@@ -43,7 +43,7 @@ pub fn error_rad(record: &Record, joint: usize) -> f64 {
 
 /// Encoder count.
 pub fn count(record: &Record, joint: usize) -> f64 {
-    let count = record.samples[joint].counts();
+    let count = record.input.samples[joint].counts();
     count.map_or(f64::NAN, |count| once_up(record, count.into()))
 }
 
@@ -57,11 +57,11 @@ mod tests {
     fn a_value_exists_in_the_modes_that_give_it_a_meaning() {
         use Drive::{Experiment, Hold, Regulate, Torque, Track};
         let exists = |mode: Mode| {
-            let record = Record {
+            let mut record = Record {
                 mode,
-                samples: [Sample::Counts(512); 2],
                 ..Record::NONE
             };
+            record.input.samples = [Sample::Counts(512); 2];
             let values = [count, angle_rad, reference_rad, error_rad];
             values.map(|value| value(&record, 0).is_finite())
         };

@@ -65,23 +65,23 @@ impl RunTimes {
     /// Adds the next tick; returns its time in s after the first.
     pub fn add(&mut self, record: &Record) -> f64 {
         match self.last_us {
-            None => self.clock_origin_us = record.start_us,
-            Some(last_us) if record.start_us < last_us => {
+            None => self.clock_origin_us = record.input.start_us,
+            Some(last_us) if record.input.start_us < last_us => {
                 self.before_s = self.now_s;
-                self.clock_origin_us = record.start_us;
+                self.clock_origin_us = record.input.start_us;
             }
             Some(_) => {}
         }
-        self.last_us = Some(record.start_us);
-        self.now_s = self.at_us(record.start_us);
+        self.last_us = Some(record.input.start_us);
+        self.now_s = self.at_us(record.input.start_us);
         if self.origin.is_at(record.mode) {
             self.origin_s = Some(self.now_s);
         }
         if record.mode.drive().is_some() {
             let (_, first) = *self
                 .driven
-                .get_or_insert((self.now_s, record.reference_rad));
-            if first.map(f32::to_bits) != record.reference_rad.map(f32::to_bits) {
+                .get_or_insert((self.now_s, record.output.reference_rad));
+            if first.map(f32::to_bits) != record.output.reference_rad.map(f32::to_bits) {
                 self.setpoint_s.get_or_insert(self.now_s);
             }
         }
@@ -121,6 +121,7 @@ impl RunTimes {
 #[cfg(test)]
 mod tests {
     use armbridge_link::message::{Drive, Fault};
+    use armbridge_link::message::{TickInput, TickOutput};
 
     use super::*;
 
@@ -150,9 +151,15 @@ mod tests {
     fn events_have_times_and_time_continues_after_a_reset() {
         let mut times = RunTimes::default();
         let tick = |start_us, mode, reference| Record {
-            start_us,
             mode,
-            reference_rad: [reference, 0.0],
+            input: TickInput {
+                start_us,
+                ..TickInput::AT_REST
+            },
+            output: TickOutput {
+                reference_rad: [reference, 0.0],
+                ..TickOutput::NONE
+            },
             ..Record::NONE
         };
         let held = Mode::Running(Drive::Regulate);

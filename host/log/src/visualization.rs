@@ -41,10 +41,10 @@ fn timestamp(at_ns: u64) -> Timestamp {
 pub(super) fn joints(at_ns: u64, record: &Record) -> JointStates {
     let joint = |j: usize| JointState {
         name: format!("joint{}", j + 1),
-        position: Some(record.angle_rad[j].into()),
-        velocity: Some(record.speed_rad_s[j].into()),
+        position: Some(record.output.angle_rad[j].into()),
+        velocity: Some(record.output.speed_rad_s[j].into()),
         acceleration: None,
-        effort: Some(record.torque_nm[j].into()),
+        effort: Some(record.output.torque_nm[j].into()),
     };
     JointStates {
         timestamp: Some(timestamp(at_ns)),

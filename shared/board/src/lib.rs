@@ -8,9 +8,11 @@
 //! The supervisor permits to drive the motors, and the control loop obeys it in each tick:
 //!
 //! ```
-//! use armbridge_board::control_loop::{ActuatorCommand, ControlLoop, Instant, LoopConfig, TickInput};
+//! use armbridge_board::control_loop::{ControlLoop, Instant, LoopConfig};
+//! use armbridge_board::flow_token::FlowToken;
 //! use armbridge_board::supervisor::{Event, Supervisor};
 //! use armbridge_link::message::{Sample, Settings};
+//! use armbridge_link::record::TickInput;
 //!
 //! let config = LoopConfig::build(&Settings::default()).unwrap();
 //! let (mut control, mut supervisor) = (ControlLoop::new(&config), Supervisor::default());
@@ -18,18 +20,19 @@
 //! let mut tick = |supervisor: &Supervisor| {
 //!     let samples = [Sample::Counts(530), Sample::Counts(500)];
 //!     let permission = supervisor.permission();
-//!     control.step(&config, &TickInput { samples, permission, ..TickInput::AT_REST }).command
+//!     let input = TickInput { samples, permission, ..TickInput::AT_REST };
+//!     control.step(&config, &input, &mut FlowToken::default()).pwm
 //! };
 //!
-//! assert_eq!(tick(&supervisor), ActuatorCommand::OFF);
+//! assert_eq!(tick(&supervisor), [1000; 2]);
 //! for event in [Event::BusReady, Event::Arm] {
 //!     supervisor.apply(event).unwrap();
-//!     assert_eq!(tick(&supervisor), ActuatorCommand::OFF);
+//!     assert_eq!(tick(&supervisor), [1000; 2]);
 //! }
 //! supervisor.apply(Event::Drive).unwrap();
-//! assert_ne!(tick(&supervisor), ActuatorCommand::OFF);
+//! assert_ne!(tick(&supervisor), [1000; 2]);
 //! supervisor.apply(Event::Disarm).unwrap();
-//! assert_eq!(tick(&supervisor), ActuatorCommand::OFF);
+//! assert_eq!(tick(&supervisor), [1000; 2]);
 //! ```
 //!
 //! # Modules

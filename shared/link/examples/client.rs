@@ -51,8 +51,8 @@ fn run(address: &str) -> io::Result<()> {
 }
 
 fn print(record: &Record) {
-    let [q1, q2] = record.angle_rad.map(|q| q * 1e3);
-    let [pwm1, pwm2] = record.pwm_next;
+    let [q1, q2] = record.output.angle_rad.map(|q| q * 1e3);
+    let [pwm1, pwm2] = record.output.pwm;
     println!(
         "tick {} {:?}: {q1:.1} {q2:.1} mrad, PWM {pwm1} {pwm2}, bus {} us",
         record.tick, record.mode, record.timing.bus_us,

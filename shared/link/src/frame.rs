@@ -275,6 +275,7 @@ impl Decoder {
 mod tests {
     use super::*;
     use crate::message::Command;
+    use crate::message::TickInput;
     use proptest::prelude::*;
 
     fn decode<M: Message>(
@@ -370,7 +371,10 @@ mod tests {
     fn a_record_is_the_same_with_and_without_a_copy() {
         let record = Record {
             tick: 7,
-            start_us: 7_000,
+            input: TickInput {
+                start_us: 7_000,
+                ..TickInput::AT_REST
+            },
             ..Record::NONE
         };
         let (mut copying, mut encoder) = (Encoder::default(), Encoder::default());

@@ -32,6 +32,7 @@
 //! | module      | content                                                  |
 //! |-------------|----------------------------------------------------------|
 //! | [`message`] | messages                                                 |
+//! | [`record`]  | record of a tick: inputs, outputs, timing                |
 //! | [`mode`]    | modes of the board, causes of faults                     |
 //! | [`limits`]  | limits of the monitors                                   |
 //! | [`board`]   | report of a board                                        |
@@ -95,6 +96,7 @@ pub mod limits;
 pub mod message;
 pub mod mode;
 pub mod motion;
+pub mod record;
 pub mod schema;
 pub mod server;
 mod setup;

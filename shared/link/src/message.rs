@@ -13,13 +13,13 @@ use super::experiment::{Conclusion, Experiment, Objection};
 pub use super::limits::Limits;
 pub use super::mode::{Drive, Fault, Guards, Mode, OffReport, OffState, StopSource, Trip};
 use super::motion::Motion;
+pub use super::record::{Record, TickInput, TickOutput, Timing};
 pub use super::setup::{Controller, Gains, Settings, Setup};
 pub use armbridge_servo::{Missing, Sample};
 
 use armbridge_control::trajectory::Quantity;
 use armbridge_servo::Firmware;
 use armbridge_servo::JOINTS;
-use armbridge_servo::Pwm;
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -123,6 +123,8 @@ pub struct Moment {
     pub is_decided: bool,
     /// Time on the board's clock in µs.
     pub at_us: u64,
+    /// Mode until then.
+    pub mode: Mode,
 }
 
 /// Packets on the transparent port since boot.
@@ -297,84 +299,4 @@ pub enum Refusal {
     },
     /// A queue is full, that of commands or that of a stream's points: send it again.
     Busy,
-}
-
-/// Record of one tick: inputs, outputs and timing.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
-pub struct Record {
-    /// Number of the tick since boot.
-    pub tick: u32,
-    /// Start of the tick on the board's clock.
-    pub start_us: u64,
-    /// Mode in which the tick was decided.
-    pub mode: Mode,
-    /// Limits that changed the torque; see [`Guards`].
-    pub guards: Guards,
-    /// Sample of each servo.
-    pub samples: [Sample; JOINTS],
-    /// The error byte that came with it, from a stock servo; its bits are
-    /// [`Alarms`](armbridge_servo::Alarms).
-    pub alarms: [u8; JOINTS],
-    /// PWM sent at the start of this tick; in force from here on.
-    pub pwm_in_force: [u16; JOINTS],
-    /// PWM decided in this tick, to be sent in the next.
-    pub pwm_next: [u16; JOINTS],
-    /// Reference angles in rad, at the next tick.
-    pub reference_rad: [f32; JOINTS],
-    /// Reference speeds in rad/s, at the next tick.
-    pub reference_speed_rad_s: [f32; JOINTS],
-    /// Estimated angles in rad.
-    pub angle_rad: [f32; JOINTS],
-    /// Estimated speeds in rad/s.
-    pub speed_rad_s: [f32; JOINTS],
-    /// Torque in N m that `pwm_next` stands for, after clamp and rounding, less
-    /// what is added against friction.
-    pub torque_nm: [f32; JOINTS],
-    /// Estimated disturbance torque in N m; 0 from an estimator without
-    /// disturbances.
-    pub disturbance_nm: [f32; JOINTS],
-    /// Timing of the tick.
-    pub timing: Timing,
-    /// Records dropped so far because the host did not fetch them in time.
-    pub dropped: u32,
-}
-
-impl Record {
-    /// Record before the first tick.
-    pub const NONE: Self = Self {
-        tick: 0,
-        start_us: 0,
-        mode: Mode::Boot,
-        guards: Guards::NONE,
-        samples: [Sample::Missing(Missing::NotAsked); JOINTS],
-        alarms: [0; JOINTS],
-        pwm_in_force: [Pwm::OFF.counts(); JOINTS],
-        pwm_next: [Pwm::OFF.counts(); JOINTS],
-        reference_rad: [0.0; JOINTS],
-        reference_speed_rad_s: [0.0; JOINTS],
-        angle_rad: [0.0; JOINTS],
-        speed_rad_s: [0.0; JOINTS],
-        torque_nm: [0.0; JOINTS],
-        disturbance_nm: [0.0; JOINTS],
-        timing: Timing {
-            start_error_us: 0,
-            bus_us: 0,
-            compute_ns: 0,
-            missed: 0,
-        },
-        dropped: 0,
-    };
-}
-
-/// Timing of a tick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
-pub struct Timing {
-    /// Actual minus planned start, in µs.
-    pub start_error_us: u32,
-    /// From the first bit of the tick's request to the last of the replies, in µs.
-    pub bus_us: u32,
-    /// Estimator, controller and supervisor, in ns; 0 where not measured.
-    pub compute_ns: u32,
-    /// Ticks skipped so far because the one before was not done.
-    pub missed: u32,
 }

@@ -153,7 +153,7 @@ fn time_goes_on_after_flash_was_erased_at_boot(board: TestBoard) {
 
         // Each record's tick began, by the board's clock, when it is on the wire.
         let clock = run.machine.system.timer(5).started().unwrap();
-        let starts: Vec<u64> = run.records().map(|record| record.start_us).collect();
+        let starts: Vec<u64> = run.records().map(|record| record.input.start_us).collect();
         assert!(starts.len() > 50 && starts.is_sorted());
         let now_us = (run.machine.now() - clock).as_us();
         let age_us = now_us - starts.last().unwrap();

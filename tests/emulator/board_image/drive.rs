@@ -61,7 +61,7 @@ fn the_arm_is_held_upright_as_the_bench_would(board: TestBoard) {
             .filter(|record| record.mode.drive() == Some(Drive::Regulate))
             .collect();
         assert!(driven.len() > 550, "{}", driven.len());
-        let angles = driven.iter().flat_map(|record| record.angle_rad);
+        let angles = driven.iter().flat_map(|record| record.output.angle_rad);
         let furthest = angles.fold(0.0_f32, |most, angle| most.max(angle.abs()));
         assert!(furthest < 0.06, "{furthest} rad");
         assert!(driven.iter().all(|record| record.timing.missed == 0));
@@ -99,6 +99,7 @@ fn stock_servos_are_found_and_polled(board: TestBoard) {
     let last = run.records().next_back();
     assert!(last.is_some_and(|record| {
         record
+            .input
             .samples
             .iter()
             .all(|sample| sample.missing().is_none())

@@ -30,7 +30,7 @@ fn noise_on_the_line_ends_a_drive_at_the_worst(board: TestBoard) {
         // A byte from nowhere may come while the board drives the line.
         assert_eq!((faults.undriven, faults.cut), (0, 0));
         assert!(
-            last.start_us / 1_000 + 60 > run.machine.now().as_us() / 1_000 - 60,
+            last.input.start_us / 1_000 + 60 > run.machine.now().as_us() / 1_000 - 60,
             "ticks go on"
         );
         match last.mode {
@@ -128,7 +128,12 @@ fn servos_may_answer_early_late_and_at_any_phase(board: TestBoard) {
         assert!(is_found, "{firmware:?} {baud} {late_us}: {last:?}");
         run.run_for(50);
         let last = run.records().next_back().unwrap();
-        assert!(last.samples.iter().all(|sample| sample.missing().is_none()));
+        assert!(
+            last.input
+                .samples
+                .iter()
+                .all(|sample| sample.missing().is_none())
+        );
         assert_eq!(run.machine.system.bus_faults(), BusFaults::default());
         assert_eq!(run.machine.system.bus_port().overruns(), 0);
     }

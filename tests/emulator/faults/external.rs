@@ -104,14 +104,14 @@ fn a_killed_host_is_a_silent_host() {
     // In between the arm is braked and held.
     let since = |ms: u64| {
         let records = run.board.records.iter();
-        records.filter(move |record| record.start_us > silent_us + ms * 1_000)
+        records.filter(move |record| record.input.start_us > silent_us + ms * 1_000)
     };
     let until_held = since(0).find(|record| record.mode.drive() == Some(Drive::Hold));
-    let held_us = until_held.unwrap().start_us - silent_us;
+    let held_us = until_held.unwrap().input.start_us - silent_us;
     // A tick is decided after it has begun.
     let allowed = 100_000 - TICK_US..100_000 + 2 * TICK_US;
     assert!(allowed.contains(&held_us), "{held_us}");
-    let held = since(105).take_while(|record| record.start_us < silent_us + 499_000);
+    let held = since(105).take_while(|record| record.input.start_us < silent_us + 499_000);
     assert!(held.clone().count() > 380);
     assert!(
         held.clone()
@@ -163,7 +163,7 @@ fn a_flood_of_garbage_is_an_emergency_stop() {
     run.host.is_flooding = false;
     until(&mut run, 200_000, |run| {
         let last = run.board.records.last();
-        last.is_some_and(|record| record.start_us > end_us)
+        last.is_some_and(|record| record.input.start_us > end_us)
     });
 
     let trip = run.board.trips[0];

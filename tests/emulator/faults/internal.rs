@@ -95,7 +95,7 @@ fn fail(failure: Failure, bound_ms: f64, logged: &str) -> LastEnd {
         assert_eq!(answer, BoardMessage::Refused(refusal));
     }
     let last = rig.host.last().unwrap();
-    assert_eq!((last.mode, last.pwm_in_force), (Mode::Idle, OFF));
+    assert_eq!((last.mode, last.input.pwm_in_force), (Mode::Idle, OFF));
 
     let bus = rig.bus.lock().unwrap();
     let stops = stop::find(&bus.sent[driven_until..]);

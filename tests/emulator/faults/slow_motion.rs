@@ -124,7 +124,9 @@ impl Rig {
     pub(crate) fn until_driven(&mut self) -> usize {
         self.until("the arm to be driven", |host| {
             let last = host.last();
-            last.is_some_and(|record| record.mode.drive().is_some() && record.pwm_in_force != OFF)
+            last.is_some_and(|record| {
+                record.mode.drive().is_some() && record.input.pwm_in_force != OFF
+            })
         });
         self.bus.lock().unwrap().sent.len()
     }

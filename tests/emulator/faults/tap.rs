@@ -103,8 +103,8 @@ impl Tap {
     /// Whether the arm is driven, and has been for a while.
     pub(crate) fn is_driven(&self) -> bool {
         let driven = self.records.iter().rev().take(100);
-        let driven =
-            driven.filter(|record| record.mode.drive().is_some() && record.pwm_in_force != OFF);
+        let driven = driven
+            .filter(|record| record.mode.drive().is_some() && record.input.pwm_in_force != OFF);
         driven.count() == 100
     }
 

@@ -4,12 +4,13 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
-use armbridge_board::control_loop::{
-    ControlLoop, Instant, LoopConfig, Permission, TickInput, TickOutput,
-};
+use armbridge_board::control_loop::{ControlLoop, Instant, LoopConfig};
+use armbridge_board::flow_token::FlowToken;
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::{Parameters, State};
 use armbridge_link::message::{Missing, Refusal, Sample, Settings};
+use armbridge_link::record::{Permission, TickInput, TickOutput};
+use armbridge_servo::Pwm;
 
 /// Steps of the simulation in a period.
 const STEPS: u16 = 10;
@@ -45,8 +46,8 @@ impl Loop {
     /// Asks for these angles in rad.
     pub fn regulate(&mut self, angle_rad: [f32; 2]) {
         let now = Instant {
-            us: self.input.acts_us,
-            acts_us: self.input.acts_us + self.period_us(),
+            us: self.input.start_us,
+            acts_us: self.input.acts_us(),
             is_driven: self.input.permission == Permission::Drive,
         };
         self.control.regulate(&self.config, angle_rad, now);
@@ -55,7 +56,7 @@ impl Loop {
 
     /// Advances the arm by a period, with servos that answer or not.
     pub fn tick(&mut self, are_answering: bool) -> TickOutput {
-        self.input.acts_us += self.period_us();
+        self.input.lead_us = self.config.period_us().get();
         self.input.samples = [0, 1].map(|joint| {
             let position = self.servos[joint].position(self.plant.q[joint]);
             if are_answering {
@@ -64,27 +65,29 @@ impl Loop {
                 Sample::Missing(Missing::Silence)
             }
         });
-        let torque_nm = self.input.in_force.total_nm();
-        let output = self.control.step(&self.config, &self.input);
-        if output.fault.is_some() {
+        let pwm = self.input.pwm_in_force.map(Pwm::saturating);
+        let torque_nm = [0, 1]
+            .map(|joint| self.servos[joint].torque(pwm[joint]))
+            .into();
+        let output = self
+            .control
+            .step(&self.config, &self.input, &mut FlowToken::default());
+        if output.fault().is_some() {
             self.input.permission = Permission::Off;
         }
-        let step_s = self.period_us() as f32 * 1e-6 / f32::from(STEPS);
+        let step_s = self.input.lead_us as f32 * 1e-6 / f32::from(STEPS);
         for _ in 0..STEPS {
             let acceleration = self.arm.acceleration(&self.plant, torque_nm);
             self.plant.dq += acceleration * step_s;
             self.plant.q += self.plant.dq * step_s;
         }
-        self.input.in_force = output.command;
+        self.input.start_us = self.input.acts_us();
+        self.input.pwm_in_force = output.pwm;
         output
     }
 
     /// Angles of the arm in rad.
     pub fn angle_rad(&self) -> [f32; 2] {
         self.plant.q.into()
-    }
-
-    fn period_us(&self) -> u64 {
-        self.config.period_us().get().into()
     }
 }

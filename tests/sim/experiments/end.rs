@@ -22,9 +22,9 @@ fn assert_held(events: &[Event]) {
     let last: &Record = held.last().unwrap();
     assert!(last.tick > first.tick + 500, "{last:?}");
     for joint in 0..2 {
-        assert!(last.reference_speed_rad_s[joint].abs() < 1e-9);
-        assert!(last.speed_rad_s[joint].abs() < 0.1, "{last:?}");
-        let error = last.angle_rad[joint] - last.reference_rad[joint];
+        assert!(last.output.reference_speed_rad_s[joint].abs() < 1e-9);
+        assert!(last.output.speed_rad_s[joint].abs() < 0.1, "{last:?}");
+        let error = last.output.angle_rad[joint] - last.output.reference_rad[joint];
         assert!(error.abs() < 0.1, "{last:?}");
     }
 }
@@ -60,7 +60,7 @@ fn when_a_joint_leaves_the_envelope() {
     assert!(
         during(&events)
             .iter()
-            .all(|record| record.angle_rad[1] <= 0.3)
+            .all(|record| record.output.angle_rad[1] <= 0.3)
     );
     assert_held(&events);
 }
@@ -101,7 +101,7 @@ fn when_the_host_is_quiet() {
     assert!((390..=410).contains(&held.count()));
     let last = rest.last().unwrap();
     assert_eq!(last.mode, Mode::Fault(Fault::HostSilent));
-    assert_eq!(last.pwm_in_force, [1_000; 2]);
+    assert_eq!(last.input.pwm_in_force, [1_000; 2]);
 }
 
 #[test]
@@ -156,7 +156,7 @@ fn when_torque_goes_off() {
         let next = records(&events).filter(|record| record.tick > last_experiment.tick + 1);
         assert!(
             next.into_iter()
-                .all(|record| record.pwm_in_force == [1_000; 2])
+                .all(|record| record.input.pwm_in_force == [1_000; 2])
         );
     }
 }

@@ -47,20 +47,20 @@ fn a_pwm_is_what_the_signal_says_in_every_tick() {
         assert_lasted(&ticks, duration_s);
         for (tick, record) in ticks.iter().enumerate() {
             let counts = (1_000.0 + expected(&signal, tick, duration_s)).round() as u16;
-            assert_eq!(record.guards, Guards::NONE, "{signal:?} {tick}");
-            assert_eq!(record.pwm_next[1], counts, "{signal:?} {tick}");
+            assert_eq!(record.output.guards, Guards::NONE, "{signal:?} {tick}");
+            assert_eq!(record.output.pwm[1], counts, "{signal:?} {tick}");
             // The estimator gets the torque that it stands for; 1000 is off.
             let torque_nm = if counts == 1_000 {
                 0.0
             } else {
                 (f32::from(counts) - 1_015.0) * COUNT_NM
             };
-            assert!((record.torque_nm[1] - torque_nm).abs() < 1e-6);
+            assert!((record.output.torque_nm[1] - torque_nm).abs() < 1e-6);
         }
         // The decided PWM was sent.
         let is_sent = ticks
             .windows(2)
-            .all(|two| two[1].pwm_in_force == two[0].pwm_next);
+            .all(|two| two[1].input.pwm_in_force == two[0].output.pwm);
         assert!(is_sent);
     }
 }
@@ -83,16 +83,16 @@ fn a_bias_is_on_top_of_what_held_the_joint() {
     let counts = before
         .iter()
         .chain(held)
-        .map(|record| f32::from(record.pwm_next[1]));
+        .map(|record| f32::from(record.output.pwm[1]));
     let mean = counts.sum::<f32>() / (held.len() + 1) as f32;
     assert!(mean < 950.0, "gravity is held: {mean}");
     for (tick, record) in pushed.iter().enumerate() {
         let counts = mean + expected(&ramp, tick, 1.5);
-        let off = f32::from(record.pwm_next[1]) - counts;
+        let off = f32::from(record.output.pwm[1]) - counts;
         assert!(off.abs() < 0.51, "{tick}: {off}");
     }
     // It gives way.
-    assert!(ticks.last().unwrap().angle_rad[1] < 0.7);
+    assert!(ticks.last().unwrap().output.angle_rad[1] < 0.7);
 }
 
 #[test]
@@ -100,24 +100,26 @@ fn off_is_off_and_the_arm_falls() {
     let plan = experiment([Role::Off, Role::Off], 3.0);
     let events = heard_of([0.15, 0.1], plan);
     let ticks = during(&events);
-    let guarded = ticks.iter().filter(|record| record.guards != Guards::NONE);
+    let guarded = ticks
+        .iter()
+        .filter(|record| record.output.guards != Guards::NONE);
     assert_eq!(guarded.count(), 0);
     for record in &ticks {
-        assert_eq!(record.pwm_next, [1_000, 1_000], "{record:?}");
-        assert_eq!(record.torque_nm.map(f32::to_bits), [0; 2]);
-        assert_eq!(record.reference_rad.map(f32::is_finite), [true; 2]);
+        assert_eq!(record.output.pwm, [1_000, 1_000], "{record:?}");
+        assert_eq!(record.output.torque_nm.map(f32::to_bits), [0; 2]);
+        assert_eq!(record.output.reference_rad.map(f32::is_finite), [true; 2]);
     }
     // It falls, out of the envelope, and is caught.
-    assert!(ticks.last().unwrap().speed_rad_s[0] > 0.8);
+    assert!(ticks.last().unwrap().output.speed_rad_s[0] > 0.8);
     let ends = conclusions(&events);
     assert!(
         matches!(ends[..], [end] if matches!(end.end, ExperimentEnd::Angle { joint: 0 | 1, .. })),
         "{ends:?}"
     );
     let rest = after(&events);
-    let farthest = rest.iter().map(|record| record.angle_rad[0].abs());
+    let farthest = rest.iter().map(|record| record.output.angle_rad[0].abs());
     assert!(farthest.fold(0.0, f32::max) < 1.35);
-    assert!(rest.last().unwrap().speed_rad_s[0].abs() < 0.1);
+    assert!(rest.last().unwrap().output.speed_rad_s[0].abs() < 0.1);
 }
 
 #[test]
@@ -141,14 +143,14 @@ fn a_torque_is_what_the_signal_says_to_half_a_count() {
         for (tick, record) in ticks.iter().enumerate() {
             let torque_nm = expected(&signal, tick, duration_s);
             // PWM 1000 would be off: it is sent as 1001 or 999.
-            let error_nm = (record.torque_nm[1] - torque_nm).abs();
+            let error_nm = (record.output.torque_nm[1] - torque_nm).abs();
             assert!(error_nm < 1.01 * COUNT_NM, "{signal:?} {tick}: {error_nm}");
-            assert_ne!(record.pwm_next[1], 1_000);
+            assert_ne!(record.output.pwm[1], 1_000);
         }
         // The other joint is held meanwhile, against what the first does to it.
         let apart = ticks
             .iter()
-            .map(|r| (r.angle_rad[0] - r.reference_rad[0]).abs());
+            .map(|r| (r.output.angle_rad[0] - r.output.reference_rad[0]).abs());
         assert!(apart.fold(0.0, f32::max) < 0.08);
     }
 }
@@ -170,11 +172,11 @@ fn an_angle_is_followed_from_where_the_joint_is_held() {
     assert_lasted(&ticks, duration_s);
     for (tick, record) in ticks.iter().enumerate() {
         let wanted = 0.2 + expected(&signal, tick, duration_s);
-        assert!((record.reference_rad[0] - wanted).abs() < 1e-6);
-        assert!((record.reference_rad[1] + 0.1).abs() < 1e-6);
+        assert!((record.output.reference_rad[0] - wanted).abs() < 1e-6);
+        assert!((record.output.reference_rad[1] + 0.1).abs() < 1e-6);
         // With the friction of the bench, which a law without integral leaves.
         for joint in 0..2 {
-            let error_rad = record.angle_rad[joint] - record.reference_rad[joint];
+            let error_rad = record.output.angle_rad[joint] - record.output.reference_rad[joint];
             assert!(error_rad.abs() < 0.12, "{tick}: {error_rad}");
         }
     }
@@ -184,5 +186,5 @@ fn an_angle_is_followed_from_where_the_joint_is_held() {
     assert_eq!(ends[0].tick, ticks.last().unwrap().tick + 1);
     // No step of the reference at the end.
     let rest = after(&events);
-    assert!((rest[0].reference_rad[0] - 0.2).abs() < 1e-3);
+    assert!((rest[0].output.reference_rad[0] - 0.2).abs() < 1e-3);
 }

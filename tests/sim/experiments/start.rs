@@ -22,9 +22,9 @@ fn from_armed() {
     let ticks = during(&events);
     assert_eq!(ticks.len(), 500);
     // It falls until then, and its estimator begins anew with a sample that has noise.
-    let apart_rad = ticks[0].reference_rad[0] - ticks[0].angle_rad[0];
+    let apart_rad = ticks[0].output.reference_rad[0] - ticks[0].output.angle_rad[0];
     assert!(apart_rad.abs() < 0.02, "{apart_rad}");
-    let bits = |record: &Record| record.reference_rad[0].to_bits();
+    let bits = |record: &Record| record.output.reference_rad[0].to_bits();
     assert!(ticks.iter().all(|record| bits(record) == bits(&ticks[0])));
     let ends: Vec<_> = conclusions(&events).iter().map(|it| it.end).collect();
     assert_eq!(ends, [ExperimentEnd::Finished]);
@@ -56,9 +56,9 @@ fn from_a_motion() {
     assert_eq!(refusals(&events), []);
     let ticks = during(&events);
     assert_eq!(ticks.len(), 2_000);
-    let speed = ticks[0].reference_speed_rad_s;
+    let speed = ticks[0].output.reference_speed_rad_s;
     assert!(speed[0] > 0.8 && speed[1] < -0.8, "{speed:?}");
-    assert!(ticks.last().unwrap().reference_speed_rad_s[0].abs() < 1e-3);
+    assert!(ticks.last().unwrap().output.reference_speed_rad_s[0].abs() < 1e-3);
     let driven = records(&events).filter(|record| {
         matches!(
             record.mode.drive(),
@@ -68,8 +68,9 @@ fn from_a_motion() {
     let driven: Vec<_> = driven.collect();
     for two in driven.windows(2) {
         for joint in 0..2 {
-            let angle = two[1].reference_rad[joint] - two[0].reference_rad[joint];
-            let speed = two[1].reference_speed_rad_s[joint] - two[0].reference_speed_rad_s[joint];
+            let angle = two[1].output.reference_rad[joint] - two[0].output.reference_rad[joint];
+            let speed = two[1].output.reference_speed_rad_s[joint]
+                - two[0].output.reference_speed_rad_s[joint];
             // 2 rad/s and 25 rad/s^2 for a tick.
             assert!(angle.abs() < 2e-3 && speed.abs() < 2.5e-2, "{two:?}");
         }

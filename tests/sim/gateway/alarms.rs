@@ -47,12 +47,14 @@ fn a_servo_that_is_too_hot_ends_the_run_with_its_name_in_the_log() {
     cosim.run().unwrap();
 
     let records = cosim.host.into_parts().0;
-    let first = records.iter().position(|record| record.alarms != [0; 2]);
+    let first = records
+        .iter()
+        .position(|record| record.input.alarms != [0; 2]);
     let first = first.expect("an alarm");
-    let alarms = records[first].alarms.map(Alarms::from_bits);
+    let alarms = records[first].input.alarms.map(Alarms::from_bits);
     assert_eq!(alarms, [Alarms::NONE, Alarms::OVERHEATING]);
     // In the next tick, for both motors: one sample may be damage.
     let after = &records[first + 1..];
     assert_eq!(after[0].mode, Mode::Fault(Fault::ServoAlarm));
-    assert!(after.iter().all(|record| record.pwm_next == [1000; 2]));
+    assert!(after.iter().all(|record| record.output.pwm == [1000; 2]));
 }

@@ -59,7 +59,7 @@ fn servos_are_found_at_every_rate_and_driven_as_fast_as_it_allows() {
                 bus_us.max().unwrap(),
             );
             let wire_us = bytes_us(tick_bytes(firmware), rate);
-            let missing = records.iter().flat_map(|record| record.samples);
+            let missing = records.iter().flat_map(|record| record.input.samples);
             let missing = missing.filter(|sample| sample.counts().is_none()).count();
             let last = records.last().unwrap();
             println!(
@@ -75,8 +75,8 @@ fn servos_are_found_at_every_rate_and_driven_as_fast_as_it_allows() {
                 "{firmware} {nominal}"
             );
             // At 57600 baud it sways by some counts.
-            let upright = last.angle_rad.iter().all(|q| q.abs() < 0.15);
-            assert!(upright, "{firmware} {nominal}: {:?}", last.angle_rad);
+            let upright = last.output.angle_rad.iter().all(|q| q.abs() < 0.15);
+            assert!(upright, "{firmware} {nominal}: {:?}", last.output.angle_rad);
         }
     }
 }

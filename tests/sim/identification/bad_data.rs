@@ -10,6 +10,7 @@ use armbridge_analysis::identify::{
 use armbridge_control::arm::Mounting;
 use armbridge_link::limits::Limits;
 use armbridge_link::message::{Drive, Missing, Mode, Record, Sample};
+use armbridge_link::message::{TickInput, TickOutput};
 use armbridge_servo::JOINTS;
 use armbridge_sim::plant::PlantConfig;
 
@@ -85,12 +86,18 @@ fn records(trace: &Trace, is_recorded: impl Fn(usize) -> bool) -> Vec<Record> {
     let record =
         |(tick, (pwm, counts)): (usize, (&[u16; JOINTS], &[Option<u16>; JOINTS]))| Record {
             tick: tick as u32,
-            start_us: tick as u64 * 1_000,
             mode: Mode::Running(Drive::Experiment),
-            samples: counts
-                .map(|counts| counts.map_or(Sample::Missing(Missing::Silence), Sample::Counts)),
-            pwm_in_force: *pwm,
-            pwm_next: *pwm,
+            input: TickInput {
+                start_us: tick as u64 * 1_000,
+                samples: counts
+                    .map(|counts| counts.map_or(Sample::Missing(Missing::Silence), Sample::Counts)),
+                pwm_in_force: *pwm,
+                ..TickInput::AT_REST
+            },
+            output: TickOutput {
+                pwm: *pwm,
+                ..TickOutput::NONE
+            },
             ..Record::NONE
         };
     ticks
@@ -213,7 +220,7 @@ fn a_motor_at_the_boards_limit_is_clipped() {
     };
     let mut records = records(&GOOD, |_| true);
     for record in records.iter_mut().skip(10_000) {
-        record.torque_nm[0] = -0.499;
+        record.output.torque_nm[0] = -0.499;
     }
     let mut tally = Tally::default();
     tally.add(&records, &limits);

@@ -2,6 +2,7 @@
 
 use armbridge_client::enum_names;
 use armbridge_link::message::{Drive, Guards, Missing, Mode, Record, Sample, Timing};
+use armbridge_link::message::{TickInput, TickOutput};
 use armbridge_log::CsvWriter;
 use armbridge_log::recording;
 use armbridge_log::simulation::TrueState;
@@ -91,22 +92,7 @@ impl Row {
     fn record(&self) -> Option<Record> {
         Some(Record {
             tick: self.tick,
-            start_us: (self.time_s * 1e6).round() as u64,
             mode: mode(&self.board_mode, &self.fault)?,
-            guards: guards(&self.guards)?,
-            samples: [
-                sample(self.encoder_counts_1, &self.missing_1)?,
-                sample(self.encoder_counts_2, &self.missing_2)?,
-            ],
-            alarms: [alarms(&self.alarms_1)?, alarms(&self.alarms_2)?],
-            pwm_in_force: [self.pwm_counts_1, self.pwm_counts_2],
-            pwm_next: [self.pwm_next_counts_1, self.pwm_next_counts_2],
-            reference_rad: [self.reference_rad_1, self.reference_rad_2],
-            reference_speed_rad_s: [self.reference_speed_rad_s_1, self.reference_speed_rad_s_2],
-            angle_rad: [self.angle_rad_1, self.angle_rad_2],
-            speed_rad_s: [self.speed_rad_s_1, self.speed_rad_s_2],
-            torque_nm: [self.torque_nm_1, self.torque_nm_2],
-            disturbance_nm: [self.disturbance_nm_1, self.disturbance_nm_2],
             timing: Timing {
                 start_error_us: self.start_error_us,
                 bus_us: self.bus_us,
@@ -114,6 +100,27 @@ impl Row {
                 missed: self.missed_ticks,
             },
             dropped: self.dropped_records,
+            input: TickInput {
+                start_us: (self.time_s * 1e6).round() as u64,
+                samples: [
+                    sample(self.encoder_counts_1, &self.missing_1)?,
+                    sample(self.encoder_counts_2, &self.missing_2)?,
+                ],
+                alarms: [alarms(&self.alarms_1)?, alarms(&self.alarms_2)?],
+                pwm_in_force: [self.pwm_counts_1, self.pwm_counts_2],
+                ..TickInput::AT_REST
+            },
+            output: TickOutput {
+                guards: guards(&self.guards)?,
+                pwm: [self.pwm_next_counts_1, self.pwm_next_counts_2],
+                reference_rad: [self.reference_rad_1, self.reference_rad_2],
+                reference_speed_rad_s: [self.reference_speed_rad_s_1, self.reference_speed_rad_s_2],
+                angle_rad: [self.angle_rad_1, self.angle_rad_2],
+                speed_rad_s: [self.speed_rad_s_1, self.speed_rad_s_2],
+                torque_nm: [self.torque_nm_1, self.torque_nm_2],
+                disturbance_nm: [self.disturbance_nm_1, self.disturbance_nm_2],
+                ..TickOutput::NONE
+            },
         })
     }
 }
@@ -135,11 +142,11 @@ fn every_kind_of_record() -> Vec<Record> {
         let mut record = last;
         record.tick = u32::MAX;
         // A year of board time, to the microsecond.
-        record.start_us = 31_557_600_000_000 + i as u64;
+        record.input.start_us = 31_557_600_000_000 + i as u64;
         record.mode = mode;
-        record.samples = [sample, Sample::Counts(0)];
-        record.angle_rad = [f32::MIN_POSITIVE, f32::MAX];
-        record.speed_rad_s = [-0.1, 1e-9];
+        record.input.samples = [sample, Sample::Counts(0)];
+        record.output.angle_rad = [f32::MIN_POSITIVE, f32::MAX];
+        record.output.speed_rad_s = [-0.1, 1e-9];
         record.timing.missed = 7;
         record.dropped = u32::MAX;
         records.push(record);

@@ -12,6 +12,7 @@ use armbridge_analysis::monte_carlo::Trial;
 use armbridge_analysis::plan_runner::Script;
 use armbridge_client::enum_names;
 use armbridge_link::message::{Guards, Mode, Record, Sample, Settings, Setup};
+use armbridge_link::message::{TickInput, TickOutput};
 use armbridge_log::export::column::{self, Quantity, Values};
 use armbridge_log::export::{self, About, Format};
 use armbridge_log::inspect::settings;
@@ -62,19 +63,25 @@ fn records() -> Vec<Record> {
         let hard = |by: usize| HARD[(i + by) % HARD.len()];
         records.push(Record {
             tick: last.tick + 2 + i as u32,
-            // A year of the board's time, to the microsecond.
-            start_us: 31_557_600_000_000 + i as u64,
             mode,
-            guards: Guards::BRAKED.or(Guards::PWM),
-            samples: [Sample::Missing(missing), Sample::Counts(i as u16)],
-            alarms: [(i as u8) & 0x7f, 1 << (i % 7)],
-            reference_rad: [hard(0), hard(1)],
-            reference_speed_rad_s: [hard(2), hard(3)],
-            angle_rad: [hard(4), hard(5)],
-            speed_rad_s: [hard(1), hard(0)],
-            torque_nm: [hard(3), hard(2)],
-            disturbance_nm: [hard(5), hard(4)],
             dropped: u32::MAX,
+            input: TickInput {
+                // A year of the board's time, to the microsecond.
+                start_us: 31_557_600_000_000 + i as u64,
+                samples: [Sample::Missing(missing), Sample::Counts(i as u16)],
+                alarms: [(i as u8) & 0x7f, 1 << (i % 7)],
+                ..last.input
+            },
+            output: TickOutput {
+                guards: Guards::BRAKED.or(Guards::PWM),
+                reference_rad: [hard(0), hard(1)],
+                reference_speed_rad_s: [hard(2), hard(3)],
+                angle_rad: [hard(4), hard(5)],
+                speed_rad_s: [hard(1), hard(0)],
+                torque_nm: [hard(3), hard(2)],
+                disturbance_nm: [hard(5), hard(4)],
+                ..last.output
+            },
             ..last
         });
     }
@@ -90,7 +97,7 @@ fn true_value(record: &Record, quantity: usize, joint: usize) -> f32 {
 fn truth(record: &Record) -> Option<TrueState> {
     let pair = |quantity| [0, 1].map(|joint| true_value(record, quantity, joint));
     (!record.tick.is_multiple_of(3)).then(|| TrueState {
-        at_ns: record.start_us * 1_000,
+        at_ns: record.input.start_us * 1_000,
         angle_rad: pair(0),
         speed_rad_s: pair(1),
         torque_nm: pair(2),
@@ -124,34 +131,44 @@ impl Expected<'_> {
     }
 
     fn write(&self) {
-        self.bytes("time_s", "f8", |r| (r.start_us as f64 / 1e6).to_le_bytes());
+        self.bytes("time_s", "f8", |r| {
+            (r.input.start_us as f64 / 1e6).to_le_bytes()
+        });
         self.bytes("tick", "u4", |r| r.tick.to_le_bytes());
         self.words("board_mode", |r| enum_names::mode(r.mode).to_owned());
         let fault = |r: &Record| enum_names::fault_of(r.mode).map_or("", enum_names::fault);
         self.words("fault", |r| fault(r).to_owned());
-        self.words("guards", |r| enum_names::guards(r.guards));
-        self.reals(["reference_rad_1", "reference_rad_2"], |r| r.reference_rad);
+        self.words("guards", |r| enum_names::guards(r.output.guards));
+        self.reals(["reference_rad_1", "reference_rad_2"], |r| {
+            r.output.reference_rad
+        });
         self.reals(
             ["reference_speed_rad_s_1", "reference_speed_rad_s_2"],
-            |r| r.reference_speed_rad_s,
+            |r| r.output.reference_speed_rad_s,
         );
-        self.reals(["angle_rad_1", "angle_rad_2"], |r| r.angle_rad);
-        self.reals(["speed_rad_s_1", "speed_rad_s_2"], |r| r.speed_rad_s);
-        self.reals(["torque_nm_1", "torque_nm_2"], |r| r.torque_nm);
+        self.reals(["angle_rad_1", "angle_rad_2"], |r| r.output.angle_rad);
+        self.reals(["speed_rad_s_1", "speed_rad_s_2"], |r| r.output.speed_rad_s);
+        self.reals(["torque_nm_1", "torque_nm_2"], |r| r.output.torque_nm);
         self.reals(["disturbance_nm_1", "disturbance_nm_2"], |r| {
-            r.disturbance_nm
+            r.output.disturbance_nm
         });
         for joint in 0..2 {
             let name = |quantity: &str| format!("{quantity}_{}", joint + 1);
             // Missing: -1.
-            let count = |r: &Record| r.samples[joint].counts().map_or(-1, i32::from);
+            let count = |r: &Record| r.input.samples[joint].counts().map_or(-1, i32::from);
             self.bytes(&name("encoder_counts"), "i4", |r| count(r).to_le_bytes());
-            let missing = |r: &Record| r.samples[joint].missing().map_or("", enum_names::missing);
+            let missing = |r: &Record| {
+                r.input.samples[joint]
+                    .missing()
+                    .map_or("", enum_names::missing)
+            };
             self.words(&name("missing"), |r| missing(r).to_owned());
-            self.words(&name("alarms"), |r| enum_names::alarms(r.alarms[joint]));
-            let in_force = |r: &Record| r.pwm_in_force[joint].to_le_bytes();
+            self.words(&name("alarms"), |r| {
+                enum_names::alarms(r.input.alarms[joint])
+            });
+            let in_force = |r: &Record| r.input.pwm_in_force[joint].to_le_bytes();
             self.bytes(&name("pwm_counts"), "u2", in_force);
-            let next = |r: &Record| r.pwm_next[joint].to_le_bytes();
+            let next = |r: &Record| r.output.pwm[joint].to_le_bytes();
             self.bytes(&name("pwm_next_counts"), "u2", next);
         }
         self.bytes("start_error_us", "u4", |r| {

@@ -6,6 +6,7 @@ use armbridge_client::event::{Direction, Event, LinkDecoder};
 use armbridge_control::trajectory::Quantity;
 use armbridge_link::frame::Encoder;
 use armbridge_link::message::*;
+use armbridge_link::message::{TickInput, TickOutput};
 use armbridge_link::motion::{Motion, Via};
 use armbridge_link::schema;
 use armbridge_servo::Firmware;
@@ -67,19 +68,7 @@ impl Random {
     pub(crate) fn record(&mut self, tick: u32) -> Record {
         Record {
             tick,
-            start_us: u64::from(tick) * 1_000 + self.bits() % 50,
             mode: self.mode(),
-            guards: Guards::from_bits(self.bits() as u8),
-            samples: [self.sample(), self.sample()],
-            alarms: [self.bits() as u8, self.bits() as u8],
-            pwm_in_force: [self.bits() as u16, self.bits() as u16],
-            pwm_next: [self.bits() as u16, 0],
-            reference_rad: self.reals(),
-            reference_speed_rad_s: self.reals(),
-            angle_rad: self.reals(),
-            speed_rad_s: self.reals(),
-            torque_nm: self.reals(),
-            disturbance_nm: self.reals(),
             timing: Timing {
                 start_error_us: self.bits() as u32,
                 bus_us: self.bits() as u32,
@@ -87,6 +76,24 @@ impl Random {
                 missed: self.bits() as u32,
             },
             dropped: self.bits() as u32,
+            input: TickInput {
+                start_us: u64::from(tick) * 1_000 + self.bits() % 50,
+                samples: [self.sample(), self.sample()],
+                alarms: [self.bits() as u8, self.bits() as u8],
+                pwm_in_force: [self.bits() as u16, self.bits() as u16],
+                ..TickInput::AT_REST
+            },
+            output: TickOutput {
+                guards: Guards::from_bits(self.bits() as u8),
+                pwm: [self.bits() as u16, 0],
+                reference_rad: self.reals(),
+                reference_speed_rad_s: self.reals(),
+                angle_rad: self.reals(),
+                speed_rad_s: self.reals(),
+                torque_nm: self.reals(),
+                disturbance_nm: self.reals(),
+                ..TickOutput::NONE
+            },
         }
     }
 
@@ -105,6 +112,7 @@ impl Random {
             tick: self.bits() as u32,
             is_decided: self.bits().is_multiple_of(2),
             at_us: self.bits() << 10,
+            mode: self.mode(),
         })
     }
 
@@ -185,6 +193,7 @@ impl Random {
             tick: self.bits() as u32,
             is_decided: false,
             at_us: self.bits(),
+            mode: self.mode(),
         };
         let mut all = vec![
             ToHost::Hello(schema::HELLO),

@@ -69,7 +69,7 @@ fn each_tick_has_the_true_state_at_its_start() {
     assert_eq!(rows.remove(0).truth, None);
     let truth = |row: &Row| row.truth.unwrap();
     for row in &rows {
-        assert_eq!(truth(row).at_ns, row.record.start_us * 1_000);
+        assert_eq!(truth(row).at_ns, row.record.input.start_us * 1_000);
     }
     // The arm moves as its speed says: trapezoids of 1 ms.
     let moved_rad = |two: &[Row], j: usize| {
@@ -86,7 +86,7 @@ fn each_tick_has_the_true_state_at_its_start() {
     // The estimate is near, and the motor's torque is that of the PWM.
     let last = rows.last().unwrap();
     for j in 0..2 {
-        assert!((truth(last).angle_rad[j] - last.record.angle_rad[j]).abs() < 0.01);
+        assert!((truth(last).angle_rad[j] - last.record.output.angle_rad[j]).abs() < 0.01);
     }
     assert_eq!(count_topic(&path, "/simulation/state"), ticks - 1);
 }

@@ -2,7 +2,9 @@
 
 use armbridge_analysis::plan_runner::Script;
 use armbridge_client::event::{Direction, Event, EventKind};
-use armbridge_link::message::{Command, Controller, Gains, Record, Sample, Setup, ToBoard, ToHost};
+use armbridge_link::message::{
+    Command, Controller, Gains, Guards, Record, Sample, Setup, ToBoard, ToHost,
+};
 use armbridge_log::replay::{Changes, Verdict};
 use armbridge_tests::plant;
 use armbridge_tests::tapped_bench::{
@@ -31,7 +33,7 @@ fn one_count_names_its_tick() {
     let mut events = demo();
     let tick = records(&events).nth(600).unwrap().tick;
     change(&mut events, tick, |record| {
-        if let Sample::Counts(counts) = &mut record.samples[1] {
+        if let Sample::Counts(counts) = &mut record.input.samples[1] {
             *counts += 1;
         }
     });
@@ -48,12 +50,12 @@ fn an_output_names_its_tick_and_nothing_else() {
     for (field, spoil) in [
         (
             "pwm_next_counts_1",
-            (|record| record.pwm_next[0] ^= 1) as fn(&mut Record),
+            (|record| record.output.pwm[0] ^= 1) as fn(&mut Record),
         ),
         ("torque_nm_2", |record| {
-            record.torque_nm[1] = f32::from_bits(record.torque_nm[1].to_bits() ^ 1);
+            record.output.torque_nm[1] = f32::from_bits(record.output.torque_nm[1].to_bits() ^ 1);
         }),
-        ("missed_ticks", |record| record.timing.missed += 1),
+        ("guards", |record| record.output.guards = Guards::BRAKED),
     ] {
         let mut events = demo();
         let tick = records(&events).nth(700).unwrap().tick;
@@ -172,7 +174,7 @@ fn other_settings_are_answered_open_loop() {
     let report = replay_with(&events, Changes::new(toml::Table::new(), pairs));
     let what_if = report.what_if.unwrap();
     assert_eq!(what_if.changes.len(), 1, "{what_if}");
-    assert_eq!(what_if.other_mode, 0, "{what_if}");
+    assert_eq!(what_if.faults, 0, "{what_if}");
     assert!(what_if.driven > 900, "{what_if}");
     for joint in what_if.joints {
         assert!(

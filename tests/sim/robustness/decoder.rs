@@ -6,6 +6,7 @@ use armbridge_link::frame::{Decoder, Encoder, FrameError, MAX, Message};
 use armbridge_link::message::{
     Command, Drive, Guards, Mode, Record, Sample, Timing, ToBoard, ToHost,
 };
+use armbridge_link::message::{TickInput, TickOutput};
 use armbridge_link::schema;
 use armbridge_tests::random::Random;
 use armbridge_tests::streams::checks::frames::frame;
@@ -37,25 +38,34 @@ fn to_host(random: &mut Random) -> ToHost {
     }
 }
 
+fn pair(random: &mut Random) -> [f32; 2] {
+    [0; 2].map(|_| f32::from_bits(random.below(1 << 32) as u32))
+}
+
 fn record(random: &mut Random) -> Record {
-    let mut pair = || [0; 2].map(|_| f32::from_bits(random.below(1 << 32) as u32));
     Record {
-        reference_rad: pair(),
-        angle_rad: pair(),
-        reference_speed_rad_s: pair(),
-        speed_rad_s: pair(),
-        torque_nm: pair(),
-        disturbance_nm: pair(),
         tick: random.below(1 << 32) as u32,
-        start_us: random.below(u64::MAX),
         mode: Mode::Running(Drive::Regulate),
-        guards: Guards::NONE,
-        samples: [0; 2].map(|_| Sample::Counts(random.below(1024) as u16)),
-        alarms: [0; 2].map(|_| random.below(128) as u8),
-        pwm_in_force: [1000; 2],
-        pwm_next: [0; 2].map(|_| random.below(2001) as u16),
         timing: Timing::default(),
         dropped: 0,
+        input: TickInput {
+            start_us: random.below(u64::MAX),
+            samples: [0; 2].map(|_| Sample::Counts(random.below(1024) as u16)),
+            alarms: [0; 2].map(|_| random.below(128) as u8),
+            pwm_in_force: [1000; 2],
+            ..TickInput::AT_REST
+        },
+        output: TickOutput {
+            reference_rad: pair(random),
+            angle_rad: pair(random),
+            reference_speed_rad_s: pair(random),
+            speed_rad_s: pair(random),
+            torque_nm: pair(random),
+            disturbance_nm: pair(random),
+            guards: Guards::NONE,
+            pwm: [0; 2].map(|_| random.below(2001) as u16),
+            ..TickOutput::NONE
+        },
     }
 }
 

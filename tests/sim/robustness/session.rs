@@ -330,20 +330,20 @@ impl<'a> Test<'a> {
         } = &mut self.seen;
         *records += 1;
         let reals = [
-            record.reference_rad,
-            record.angle_rad,
-            record.speed_rad_s,
-            record.torque_nm,
+            record.output.reference_rad,
+            record.output.angle_rad,
+            record.output.speed_rad_s,
+            record.output.torque_nm,
         ];
         let is_finite = reals.as_flattened().iter().all(|real| real.is_finite());
         assert!(is_finite, "{record:?}");
-        for pwm in record.pwm_in_force.iter().chain(&record.pwm_next) {
+        for pwm in record.input.pwm_in_force.iter().chain(&record.output.pwm) {
             assert!(*pwm <= Pwm::MAX.counts(), "{record:?}");
         }
         if record.mode.is_armed() {
             *torque_on += 1;
         } else {
-            assert_eq!(record.pwm_next, [Pwm::OFF.counts(); 2], "{record:?}");
+            assert_eq!(record.output.pwm, [Pwm::OFF.counts(); 2], "{record:?}");
         }
         if let Mode::Fault(fault) = record.mode
             && !faults.contains(&fault)

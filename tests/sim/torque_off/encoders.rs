@@ -163,7 +163,7 @@ fn watch(rig: &mut Rig<'_>, for_ms: u64) -> End {
         let q = rig.cosim.bench.state_at(now_us).q;
         let record = rig.host().record.expect("a record");
         for joint in 0..JOINTS {
-            let far_rad = (q[joint] - f64::from(record.reference_rad[joint])).abs();
+            let far_rad = (q[joint] - f64::from(record.output.reference_rad[joint])).abs();
             end.farthest_rad = end.farthest_rad.max(far_rad);
             end.beyond_rad = end.beyond_rad.max(q[joint].abs());
         }

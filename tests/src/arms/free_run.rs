@@ -122,7 +122,7 @@ pub fn free_runs(model: &Model, log: &[Record]) -> Vec<FreeRun> {
 }
 
 fn measured(log: &[Record], tick: usize) -> Option<[f64; JOINTS]> {
-    let [first, second] = log[tick].samples.map(Sample::counts);
+    let [first, second] = log[tick].input.samples.map(Sample::counts);
     Some([first?.into(), second?.into()])
 }
 

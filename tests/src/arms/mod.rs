@@ -266,7 +266,7 @@ fn error_mrad(config: &PlantConfig, setup: Setup, task: &str, from_s: f64, seed:
                 zero_count: setup.joints[joint].zero_count.into(),
                 ..servo
             };
-            let reference = board_servo.position(record.reference_rad[joint].into());
+            let reference = board_servo.position(record.output.reference_rad[joint].into());
             let counts = servo.position(truth.angle_rad[joint]) - reference;
             squares += (counts * servo.rad_per_count).powi(2);
         }

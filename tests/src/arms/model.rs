@@ -126,7 +126,7 @@ impl Moving<'_> {
     pub fn step(&mut self) {
         let ticks = self.model.delay_s.map(|delay_s| delay_s.max(0.0) / TICK_S);
         let torque_nm = |joint: usize, before: usize| {
-            let pwm = self.log[self.tick - before].pwm_in_force[joint];
+            let pwm = self.log[self.tick - before].input.pwm_in_force[joint];
             self.model.torque_nm(joint, pwm)
         };
         let mut now_nm = Vector2::from_fn(|joint, _| torque_nm(joint, ticks[joint] as usize + 1));

@@ -89,6 +89,7 @@ fn control(records: &[Record]) -> Control {
         assert!(!matches!(record.mode, Mode::Fault(_)), "{record:?}");
         assert!(
             record
+                .input
                 .samples
                 .iter()
                 .all(|sample| sample.counts().is_some())
@@ -96,7 +97,10 @@ fn control(records: &[Record]) -> Control {
     }
     let settled = [0, 1].map(|joint| settling_s(records, joint, 0.02).expect("settled"));
     let end = &records[records.len() - 250..];
-    let far = end.iter().flat_map(|record| record.angle_rad).map(f32::abs);
+    let far = end
+        .iter()
+        .flat_map(|record| record.output.angle_rad)
+        .map(f32::abs);
     let bus_us = records.iter().map(|record| record.timing.bus_us as f32);
     Control {
         settled_s: settled[0].max(settled[1]) as f32,

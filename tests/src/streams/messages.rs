@@ -7,6 +7,7 @@ use armbridge_link::message::{
     Command, Drive, Guards, Hello, Missing, Mode, Moment, PortCounters, Record, Refusal, Sample,
     Settings, Setup, Timing, ToBoard, ToHost,
 };
+use armbridge_link::message::{TickInput, TickOutput};
 use armbridge_link::motion::{Motion, Via};
 use armbridge_servo::Firmware;
 
@@ -16,6 +17,7 @@ const MOMENT: Moment = Moment {
     tick: 1_000,
     is_decided: true,
     at_us: 1_000_700,
+    mode: Mode::Armed,
 };
 
 const HELLO: Hello = Hello {
@@ -162,21 +164,27 @@ fn experiment() -> Command {
 fn record() -> Record {
     Record {
         tick: 1_000,
-        start_us: 1_000_000,
         mode: Mode::Degraded(Drive::Regulate),
-        guards: Guards::RATE,
-        samples: [Sample::Counts(500), Sample::Missing(Missing::BadChecksum)],
-        alarms: [0, 36],
-        pwm_in_force: [1_500, 900],
-        pwm_next: [1_501, 899],
-        reference_rad: [0.25, -0.25],
-        reference_speed_rad_s: [0.0; 2],
-        angle_rad: [0.25, -0.25],
-        speed_rad_s: [0.5, -0.5],
-        torque_nm: [0.125, -0.125],
-        disturbance_nm: [0.0; 2],
         timing: Timing::default(),
         dropped: 3,
+        input: TickInput {
+            start_us: 1_000_000,
+            samples: [Sample::Counts(500), Sample::Missing(Missing::BadChecksum)],
+            alarms: [0, 36],
+            pwm_in_force: [1_500, 900],
+            ..TickInput::AT_REST
+        },
+        output: TickOutput {
+            guards: Guards::RATE,
+            pwm: [1_501, 899],
+            reference_rad: [0.25, -0.25],
+            reference_speed_rad_s: [0.0; 2],
+            angle_rad: [0.25, -0.25],
+            speed_rad_s: [0.5, -0.5],
+            torque_nm: [0.125, -0.125],
+            disturbance_nm: [0.0; 2],
+            ..TickOutput::NONE
+        },
     }
 }
 

@@ -96,7 +96,7 @@ fn bench(run: &Run, period_s: f64) -> Vec<Point> {
     let pairs = run.records.iter().zip(&run.truth);
     pairs
         .map(|(record, truth)| {
-            let since_us = record.start_us.saturating_sub(run.begun_us);
+            let since_us = record.input.start_us.saturating_sub(run.begun_us);
             Point {
                 at_s: since_us as f64 * 1e-6 + period_s - BEFORE_S,
                 angle_rad: truth.angle_rad,

@@ -25,11 +25,14 @@ pub fn traces(records: &[Record]) -> Vec<Trace> {
         }
         if is_driven {
             if trace.pwm.is_empty() {
-                let since_us = record.start_us.saturating_sub(records[0].start_us);
+                let since_us = record
+                    .input
+                    .start_us
+                    .saturating_sub(records[0].input.start_us);
                 trace.start_s = since_us as f64 * 1e-6;
             }
-            trace.pwm.push(record.pwm_in_force);
-            trace.counts.push(record.samples.map(counts));
+            trace.pwm.push(record.input.pwm_in_force);
+            trace.counts.push(record.input.samples.map(counts));
         }
     }
     end_trace(&mut trace, &mut traces);

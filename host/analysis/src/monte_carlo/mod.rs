@@ -169,7 +169,7 @@ impl Trial {
         let period_us = self.script.setup.period_us;
         // A late start shortens the wait by less than a period.
         let late_us = record.timing.start_error_us % period_us.max(1);
-        record.start_us + u64::from(period_us - late_us)
+        record.input.start_us + u64::from(period_us - late_us)
     }
 }
 

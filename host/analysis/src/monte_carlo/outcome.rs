@@ -79,15 +79,15 @@ impl Outcome {
         let last_push_us = trial.pushes.iter().map(pushed_us).max();
         let (before, after): (Vec<Tick>, Vec<Tick>) = ticks
             .iter()
-            .partition(|t| first_push_us.is_none_or(|push_us| t.record.start_us < push_us));
+            .partition(|t| first_push_us.is_none_or(|push_us| t.record.input.start_us < push_us));
         let has_no_fault = fault.is_none();
         let since_us = last_change_us(&before);
         let settling =
             |ticks: &[Tick], since_us| settled_s(ticks, since_us).filter(|_| has_no_fault);
-        let end_us = ticks.last().map_or(0, |t| t.record.start_us);
+        let end_us = ticks.last().map_or(0, |t| t.record.input.start_us);
         let resting: Vec<Tick> = ticks
             .iter()
-            .filter(|t| (end_us - t.record.start_us) as f64 * 1e-6 < REST_S)
+            .filter(|t| (end_us - t.record.input.start_us) as f64 * 1e-6 < REST_S)
             .copied()
             .collect();
         let mrad = |joints: Joints| joints.map(|rad| 1e3 * rad);
@@ -103,13 +103,16 @@ impl Outcome {
             torque_rms_nm: rms(&resting, |t, j| t.after.torque_nm[j]),
             torque_peak_nm: peak(&ticks, |t, j| t.after.torque_nm[j]),
             speed_error_rms_rad_s: rms(&ticks, |t, j| {
-                f64::from(t.record.speed_rad_s[j]) - t.before.speed_rad_s[j]
+                f64::from(t.record.output.speed_rad_s[j]) - t.before.speed_rad_s[j]
             }),
             saturated_share: fraction(&ticks, |t| {
-                t.record.pwm_in_force.into_iter().any(is_saturated)
+                t.record.input.pwm_in_force.into_iter().any(is_saturated)
             }),
             missed_ticks: missed(&ticks),
-            missing_samples: ticks.iter().flat_map(|t| t.record.samples).fold(0, absent),
+            missing_samples: ticks
+                .iter()
+                .flat_map(|t| t.record.input.samples)
+                .fold(0, absent),
             fault,
         }
     }
@@ -128,7 +131,7 @@ fn ticks(run: &Run) -> Vec<Tick<'_>> {
             before,
             after,
             error_rad: std::array::from_fn(|j| {
-                after.angle_rad[j] - f64::from(record.reference_rad[j])
+                after.angle_rad[j] - f64::from(record.output.reference_rad[j])
             }),
         })
         .collect()
@@ -136,14 +139,14 @@ fn ticks(run: &Run) -> Vec<Tick<'_>> {
 
 /// Start of the first tick with the final reference.
 fn last_change_us(ticks: &[Tick]) -> Option<u64> {
-    let bits = |tick: &Tick| tick.record.reference_rad.map(f32::to_bits);
+    let bits = |tick: &Tick| tick.record.output.reference_rad.map(f32::to_bits);
     let end = bits(ticks.last()?);
     let is_other = |tick: &Tick| bits(tick) != end;
     let first = ticks
         .iter()
         .rposition(is_other)
         .map_or(0, |other| other + 1);
-    ticks.get(first).map(|tick| tick.record.start_us)
+    ticks.get(first).map(|tick| tick.record.input.start_us)
 }
 
 /// Time in s after `since_us` from which on both errors stay below [`SETTLED_RAD`].
@@ -154,13 +157,13 @@ fn settled_s(ticks: &[Tick], since_us: u64) -> Option<f64> {
         // Never settled if still outside at the end.
         Some(outside) => ticks.get(outside + 1)?,
     };
-    Some(inside.record.start_us.saturating_sub(since_us) as f64 * 1e-6)
+    Some(inside.record.input.start_us.saturating_sub(since_us) as f64 * 1e-6)
 }
 
 /// Ticks at which the reference has a speed.
 fn moving<'a>(ticks: &[Tick<'a>]) -> Option<Vec<Tick<'a>>> {
     let moves = |tick: &&Tick| {
-        let speeds = tick.record.reference_speed_rad_s;
+        let speeds = tick.record.output.reference_speed_rad_s;
         speeds.iter().any(|speed| speed.abs() > 0.0)
     };
     let moving: Vec<Tick> = ticks.iter().filter(moves).copied().collect();

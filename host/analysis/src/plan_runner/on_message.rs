@@ -187,7 +187,7 @@ impl<K: RecordSink> PlanRunner<K> {
 
     fn on_record(&mut self, now_us: u64, record: &Record) -> Result<(), PlanError> {
         self.mode = record.mode;
-        self.clock_offset.update(now_us, record.start_us);
+        self.clock_offset.update(now_us, record.input.start_us);
         if matches!(self.phase, Phase::CheckingMotors)
             && (record.mode == Mode::Armed || matches!(record.mode, Mode::Fault(_)))
         {

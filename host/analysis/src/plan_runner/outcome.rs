@@ -80,14 +80,14 @@ impl StopMonitor {
             return Some(Ending::Fault(fault));
         }
         (0..JOINTS).find_map(|joint| {
-            let angle_rad = record.angle_rad[joint];
+            let angle_rad = record.output.angle_rad[joint];
             if stop
                 .angle_rad
                 .is_some_and(|limit| angle_rad.abs() > limit[joint])
             {
                 return Some(Ending::Angle { joint, angle_rad });
             }
-            let error_rad = angle_rad - record.reference_rad[joint];
+            let error_rad = angle_rad - record.output.reference_rad[joint];
             let has_reference = matches!(record.mode.drive(), Some(Drive::Regulate | Drive::Track));
             let is_excessive = stop
                 .error_rad
@@ -96,8 +96,8 @@ impl StopMonitor {
                 self.error_since_us[joint] = None;
                 return None;
             }
-            let since_us = *self.error_since_us[joint].get_or_insert(record.start_us);
-            (record.start_us.saturating_sub(since_us) >= stop.error_for_us)
+            let since_us = *self.error_since_us[joint].get_or_insert(record.input.start_us);
+            (record.input.start_us.saturating_sub(since_us) >= stop.error_for_us)
                 .then_some(Ending::Error { joint, error_rad })
         })
     }

@@ -110,11 +110,11 @@ fn angle_axis<'a>(runs: impl Iterator<Item = &'a Run>, joint: usize) -> Axis {
     let values = runs.flat_map(|run| {
         let shown = run.records().filter(|r| enum_names::is_up(r.mode));
         shown.flat_map(move |record| {
-            let reference = f64::from(record.reference_rad[joint]);
+            let reference = f64::from(record.output.reference_rad[joint]);
             [
                 reference - 1.5 * SETTLED_RAD,
                 reference + 1.5 * SETTLED_RAD,
-                f64::from(record.angle_rad[joint]),
+                f64::from(record.output.angle_rad[joint]),
                 run.measured_rad(record, joint),
             ]
         })

@@ -219,12 +219,13 @@ impl Shown {
         });
         let is_up = enum_names::is_up(record.mode);
         let gap = (f64::NAN, f64::NAN);
-        let [q1, q2] = record.angle_rad.map(f64::from);
+        let [q1, q2] = record.output.angle_rad.map(f64::from);
         for (joint, trace) in self.phase.iter_mut().enumerate() {
             if before.is_none() {
                 trace.add(gap);
             }
-            let [q, dq] = [record.angle_rad, record.speed_rad_s].map(|pair| f64::from(pair[joint]));
+            let [q, dq] = [record.output.angle_rad, record.output.speed_rad_s]
+                .map(|pair| f64::from(pair[joint]));
             trace.add(if is_up { (q, dq) } else { gap });
         }
         if before.is_none() {

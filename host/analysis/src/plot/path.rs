@@ -43,7 +43,11 @@ pub(super) fn draw_reference(drawing: &mut Drawing, panel: &Panel, run: &Run) {
 pub(super) fn draw_start(drawing: &mut Drawing, panel: &Panel, run: &Run, colour: &'static str) {
     let driven = run.records().find(|r| r.mode.drive().is_some());
     if let Some(first) = driven {
-        panel.ring(drawing, first.angle_rad.map(f64::from).into(), colour);
+        panel.ring(
+            drawing,
+            first.output.angle_rad.map(f64::from).into(),
+            colour,
+        );
     }
 }
 

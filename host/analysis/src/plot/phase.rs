@@ -26,7 +26,8 @@ pub(super) fn draw(run: &Run) -> Drawing {
             panel.cross(&mut drawing, (reference, 0.0), setpoint);
         }
         if let Some(first) = driven {
-            let state = [first.angle_rad, first.speed_rad_s].map(|pair| f64::from(pair[joint]));
+            let state = [first.output.angle_rad, first.output.speed_rad_s]
+                .map(|pair| f64::from(pair[joint]));
             panel.ring(&mut drawing, state.into(), colour);
         }
         let legend = [

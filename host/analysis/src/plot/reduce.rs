@@ -51,10 +51,10 @@ impl Drawn for Record {
         |r| error_rad(r, 1),
         |r| reference_rad(r, 0),
         |r| reference_rad(r, 1),
-        |r| f64::from(r.torque_nm[0]),
-        |r| f64::from(r.torque_nm[1]),
-        |r| f64::from(r.pwm_in_force[0]),
-        |r| f64::from(r.pwm_in_force[1]),
+        |r| f64::from(r.output.torque_nm[0]),
+        |r| f64::from(r.output.torque_nm[1]),
+        |r| f64::from(r.input.pwm_in_force[0]),
+        |r| f64::from(r.input.pwm_in_force[1]),
         |r| missing(r, 0),
         |r| missing(r, 1),
         |r| f64::from(r.timing.start_error_us),
@@ -74,7 +74,7 @@ impl Drawn for [f64; JOINTS] {
 
 /// 1 if a sample is missing, else NaN.
 pub(super) fn missing(record: &Record, joint: usize) -> f64 {
-    match record.samples[joint] {
+    match record.input.samples[joint] {
         Sample::Missing(_) if enum_names::is_up(record.mode) => 1.0,
         Sample::Missing(_) | Sample::Counts(_) => f64::NAN,
     }
@@ -182,8 +182,8 @@ mod tests {
                 mode: Mode::Running(Drive::Regulate),
                 ..Record::NONE
             };
-            record.angle_rad = [(at as f32 * 0.01).sin(), 0.5];
-            record.torque_nm[1] = if at == 123_457 { 9.0 } else { 0.0 };
+            record.output.angle_rad = [(at as f32 * 0.01).sin(), 0.5];
+            record.output.torque_nm[1] = if at == 123_457 { 9.0 } else { 0.0 };
             if at == 150_001 {
                 record.mode = Mode::Fault(Fault::HostSilent);
             }
@@ -197,7 +197,11 @@ mod tests {
         let ticks = reduced.into_ticks();
         // At least as many columns as a small figure has pixels.
         assert!(ticks.len() > 1_000, "{}", ticks.len());
-        assert!(ticks.iter().any(|tick| tick.record.torque_nm[1] > 8.9));
+        assert!(
+            ticks
+                .iter()
+                .any(|tick| tick.record.output.torque_nm[1] > 8.9)
+        );
         assert_eq!(ticks.iter().filter(|tick| !tick.follows).count(), 1);
         assert!(ticks.iter().any(|tick| tick.record.tick == 150_001));
         assert_eq!(
@@ -206,7 +210,7 @@ mod tests {
         );
         let highest = ticks
             .iter()
-            .map(|t| t.record.angle_rad[0])
+            .map(|t| t.record.output.angle_rad[0])
             .fold(0.0, f32::max);
         assert!(highest > 0.999_99, "{highest}");
     }

@@ -189,7 +189,7 @@ impl Run {
 
     /// Angle by the encoder in rad; NaN if the sample is missing, or servos have not been found.
     pub(super) fn measured_rad(&self, record: &Record, joint: usize) -> f64 {
-        match record.samples[joint] {
+        match record.input.samples[joint] {
             Sample::Counts(count) if enum_names::is_up(record.mode) => {
                 self.facts.angle_rad(joint, count)
             }

@@ -205,7 +205,7 @@ fn tracking(runs: &[Run]) -> Drawing {
 
 fn torque(runs: &[Run]) -> Drawing {
     let (mut drawing, top) = begin("Joint torque", runs, TIME_PANELS_PX, &[]);
-    let axis = |joint| around(runs, |r| f64::from(r.torque_nm[joint]));
+    let axis = |joint| around(runs, |r| f64::from(r.output.torque_nm[joint]));
     time_panels(
         &mut drawing,
         top,
@@ -220,7 +220,9 @@ fn torque(runs: &[Run]) -> Drawing {
             {
                 panel.level(drawing, limit, LIMIT);
             }
-            curves(drawing, panel, runs, |r| f64::from(r.torque_nm[joint]));
+            curves(drawing, panel, runs, |r| {
+                f64::from(r.output.torque_nm[joint])
+            });
         },
     );
     drawing

@@ -36,16 +36,16 @@ pub(super) const SIGNALS: [Signal; 3] = [
     Signal {
         title: "Torque decided",
         axis_title: "(mN m)²/Hz",
-        of: |_, _, r, j| 1e3 * f64::from(r.torque_nm[j]),
+        of: |_, _, r, j| 1e3 * f64::from(r.output.torque_nm[j]),
     },
     Signal {
         title: "Innovation: sample minus the estimate before, carried on",
         axis_title: "mrad²/Hz",
         of: |facts, before, r, j| {
             let period_s = f64::from(facts.period_us) * 1e-6;
-            let carried =
-                f64::from(before.angle_rad[j]) + period_s * f64::from(before.speed_rad_s[j]);
-            match r.samples[j] {
+            let carried = f64::from(before.output.angle_rad[j])
+                + period_s * f64::from(before.output.speed_rad_s[j]);
+            match r.input.samples[j] {
                 Sample::Counts(count) => 1e3 * (facts.angle_rad(j, count) - carried),
                 // The estimator continues with its prediction.
                 Sample::Missing(_) => 0.0,

@@ -1,6 +1,7 @@
 //! Runs as they are read for figures, of logs made tick by tick.
 
 use armbridge_link::message::{Drive, Mode, Record, Sample, Settings, Timing};
+use armbridge_link::message::{TickInput, TickOutput};
 use armbridge_log::record_values::error_rad;
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::simulation::Push;
@@ -23,14 +24,20 @@ const PUSH: Push = Push {
 fn tick(tick: u32, mode: Mode, error_rad: f32) -> Record {
     Record {
         tick,
-        start_us: FIRST_US + 1_000 * u64::from(tick),
         mode,
-        samples: [Sample::Counts(512); 2],
-        angle_rad: [error_rad, 0.1],
-        reference_rad: [0.0, 0.1],
         timing: Timing {
             bus_us: 500,
             ..Record::NONE.timing
+        },
+        input: TickInput {
+            start_us: FIRST_US + 1_000 * u64::from(tick),
+            samples: [Sample::Counts(512); 2],
+            ..TickInput::AT_REST
+        },
+        output: TickOutput {
+            angle_rad: [error_rad, 0.1],
+            reference_rad: [0.0, 0.1],
+            ..TickOutput::NONE
         },
         ..Record::NONE
     }
@@ -77,7 +84,10 @@ fn without_a_closed_loop_there_is_no_reference_and_no_error() {
     for drive in [Drive::Torque, Drive::Experiment] {
         let swing = |at: u32| (at as f32 * 0.1).sin();
         let records = (0..2_000).map(|at| Record {
-            torque_nm: [swing(at); 2],
+            output: TickOutput {
+                torque_nm: [swing(at); 2],
+                ..tick(at, Mode::Running(drive), swing(at)).output
+            },
             ..tick(at, Mode::Running(drive), swing(at))
         });
         let run = Run::of_records(&facts, &records.collect::<Vec<_>>());
@@ -102,7 +112,7 @@ fn everything_of_a_figure_begins_where_its_interval_does() {
     // The arm swings wide during bring-up.
     let mut records = pushed();
     for (at, record) in records.iter_mut().enumerate().take(BRING_UP as usize) {
-        record.angle_rad[0] = 1.0 - at as f32 * 1e-3;
+        record.output.angle_rad[0] = 1.0 - at as f32 * 1e-3;
     }
     write_log(&path, &[], &records);
     for (from_s, ticks) in [

@@ -46,9 +46,9 @@ pub(super) fn draw(run: &Run) -> Drawing {
         }
         let sent = Stroke::solid(JOINT_TINT[joint], 1.6);
         let decided = Stroke::solid(JOINT[joint], 1.3);
-        let torque = run.over_time(|r| torque_nm(run, joint, r.pwm_in_force[joint]));
+        let torque = run.over_time(|r| torque_nm(run, joint, r.input.pwm_in_force[joint]));
         panel.curve(&mut drawing, torque, sent);
-        let torque = run.over_time(|r| f64::from(r.torque_nm[joint]));
+        let torque = run.over_time(|r| f64::from(r.output.torque_nm[joint]));
         panel.curve(&mut drawing, torque, decided);
         let legend = [
             (Key::Line(decided), "decided by the controller"),

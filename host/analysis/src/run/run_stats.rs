@@ -72,7 +72,7 @@ impl RecordSink for RunStats {
             judge.on_record(record);
         }
         if let Some(csv) = &mut self.csv {
-            let truth = self.states.take(record.start_us);
+            let truth = self.states.take(record.input.start_us);
             let row = Row {
                 record: *record,
                 truth,

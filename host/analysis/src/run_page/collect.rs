@@ -42,16 +42,16 @@ pub(super) const QUANTITIES: [Quantity; 8] = [
     quantity("reference", true, record_values::reference_rad),
     quantity("error", true, record_values::error_rad),
     quantity("speed", true, |record, joint| {
-        once_up(record, record.speed_rad_s[joint])
+        once_up(record, record.output.speed_rad_s[joint])
     }),
     quantity("reference_speed", false, |record, joint| {
-        in_closed_loop(record, record.reference_speed_rad_s[joint])
+        in_closed_loop(record, record.output.reference_speed_rad_s[joint])
     }),
     quantity("torque", true, |record, joint| {
-        once_up(record, record.torque_nm[joint])
+        once_up(record, record.output.torque_nm[joint])
     }),
     quantity("disturbance", false, |record, joint| {
-        once_up(record, record.disturbance_nm[joint])
+        once_up(record, record.output.disturbance_nm[joint])
     }),
 ];
 
@@ -239,6 +239,7 @@ impl Pass {
 mod tests {
     use super::*;
     use crate::test_log::write_log;
+    use armbridge_link::message::TickInput;
 
     #[test]
     fn a_push_before_the_first_tick_has_its_own_time() {
@@ -246,7 +247,10 @@ mod tests {
         let path = folder.path().join("run.mcap");
         let records = [17_000, 18_000, 19_000].map(|start_us| Record {
             tick: start_us as u32 / 1_000,
-            start_us,
+            input: TickInput {
+                start_us,
+                ..TickInput::AT_REST
+            },
             ..Record::NONE
         });
         let push = Push {

@@ -270,6 +270,7 @@ pub(super) fn fault_in_words(trip: &Trip) -> String {
 #[cfg(test)]
 mod tests {
     use armbridge_link::message::Record;
+    use armbridge_link::message::TickInput;
 
     use super::*;
 
@@ -284,6 +285,7 @@ mod tests {
             tick: 5,
             is_decided: false,
             at_us: 1_500_000,
+            mode: Mode::Armed,
         });
         EventKind::Received(
             0,
@@ -299,7 +301,10 @@ mod tests {
     fn a_repeated_command_is_listed_once_where_it_was_accepted() {
         let mut times = RunTimes::default();
         times.add(&Record {
-            start_us: 500_000,
+            input: TickInput {
+                start_us: 500_000,
+                ..TickInput::AT_REST
+            },
             ..Record::NONE
         });
         let mut list = EventList::default();

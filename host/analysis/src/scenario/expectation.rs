@@ -45,8 +45,8 @@ impl ExpectationMonitor {
 
     /// Observes the next tick. Returns the push that begins with it, on the board's clock.
     pub fn on_record(&mut self, record: &Record) -> Option<Push> {
-        let begun_us = *self.begun_us.get_or_insert(record.start_us);
-        let now_us = record.start_us.saturating_sub(begun_us);
+        let begun_us = *self.begun_us.get_or_insert(record.input.start_us);
+        let now_us = record.input.start_us.saturating_sub(begun_us);
         let next = self.pushes.get(self.next).copied();
         let begun = next.filter(|push| now_us >= push.start_ns / 1_000);
         let begun = begun.map(|push| Push {
@@ -169,6 +169,7 @@ fn miss(
 #[cfg(test)]
 mod tests {
     use armbridge_link::message::{Drive, Mode};
+    use armbridge_link::message::{TickInput, TickOutput};
 
     use super::*;
 
@@ -191,10 +192,16 @@ mod tests {
             let now_s = f64::from(tick) * 1e-3;
             let is_off = (1.0..back_s).contains(&now_s) || now_s >= next_s;
             let record = Record {
-                start_us: u64::from(tick) * 1_000,
                 mode: Mode::Running(Drive::Regulate),
-                reference_rad: [if now_s < next_s { 0.0 } else { 0.3 }, 0.0],
-                angle_rad: [if is_off && now_s < next_s { 0.1 } else { 0.0 }, 0.0],
+                input: TickInput {
+                    start_us: u64::from(tick) * 1_000,
+                    ..TickInput::AT_REST
+                },
+                output: TickOutput {
+                    reference_rad: [if now_s < next_s { 0.0 } else { 0.3 }, 0.0],
+                    angle_rad: [if is_off && now_s < next_s { 0.1 } else { 0.0 }, 0.0],
+                    ..TickOutput::NONE
+                },
                 ..Record::NONE
             };
             judge.on_record(&record);

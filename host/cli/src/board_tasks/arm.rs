@@ -175,7 +175,8 @@ impl Arm {
     fn hold(&mut self, view: &mut View<'_>, since_us: u64) {
         self.held = Duration::from_micros(view.now_us.saturating_sub(since_us));
         if let (Some(place), Some(record)) = (self.held_at_rad, view.session.status().record) {
-            let distances = [0, 1].map(|joint| (record.angle_rad[joint] - place[joint]).abs());
+            let distances =
+                [0, 1].map(|joint| (record.output.angle_rad[joint] - place[joint]).abs());
             let [first, second] = distances;
             self.strayed_rad = self.strayed_rad.max(first).max(second);
             // A distance that is no number is too large as well.
@@ -261,9 +262,9 @@ impl Task for Arm {
                     (self.record_times.at_us, self.record_times.armed_us) = (now_us, now_us);
                     self.step = Step::Holding(now_us);
                     if let (true, Some(record)) = (self.holds, view.session.status().record) {
-                        let hold = Command::Regulate(record.angle_rad);
+                        let hold = Command::Regulate(record.output.angle_rad);
                         view.session.request(now_us, Request::Command(hold));
-                        self.step = Step::Engaging(now_us, record.angle_rad);
+                        self.step = Step::Engaging(now_us, record.output.angle_rad);
                     }
                 }
                 Some(Err(refusal)) => {
@@ -320,7 +321,7 @@ impl Task for Arm {
 /// As "armed for 3 s: joints at +0.300, -0.250 rad".
 fn line(status: &BoardStatus, held: Duration) -> String {
     let at = status.record.map_or_else(String::new, |record| {
-        let [first, second] = record.angle_rad;
+        let [first, second] = record.output.angle_rad;
         format!(": joints at {first:+.3}, {second:+.3} rad")
     });
     format!("armed for {} s{at}; ctrl-c disarms", held.as_secs())

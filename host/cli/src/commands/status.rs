@@ -252,10 +252,10 @@ fn joint_in_words(host: &TaskHost<Status>, joint: usize) -> String {
     let angle = host.session.status().record.map_or_else(
         || "angle not known".to_owned(),
         |record| {
-            let counts = record.samples[joint]
+            let counts = record.input.samples[joint]
                 .counts()
                 .map_or_else(|| "no sample".into(), |counts| format!("count {counts}"));
-            format!("{:+.3} rad ({counts})", record.angle_rad[joint])
+            format!("{:+.3} rad ({counts})", record.output.angle_rad[joint])
         },
     );
     match temperature(host, joint) {
@@ -303,8 +303,8 @@ fn as_json(uri: &BoardUri, host: &TaskHost<Status>, list: Option<&ImageList>) ->
         .map(|joint| {
             let temperature = temperature(host, joint);
             json!({
-                "angle_rad": status.record.map(|record| record.angle_rad[joint]),
-                "counts": status.record.and_then(|record| record.samples[joint].counts()),
+                "angle_rad": status.record.map(|record| record.output.angle_rad[joint]),
+                "counts": status.record.and_then(|record| record.input.samples[joint].counts()),
                 "temperature": temperature.map(|(value, _)| value),
                 "temperature_unit": temperature.map(|(_, unit)| unit),
             })

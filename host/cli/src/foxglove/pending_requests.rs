@@ -89,7 +89,7 @@ impl Service {
             Self::ClearFault => vec![Request::Command(Command::ClearFault)],
             Self::Arm => vec![Request::Arm],
             Self::Hold => board.status.record.map_or_else(Vec::new, |record| {
-                drive(Command::Regulate(record.angle_rad))
+                drive(Command::Regulate(record.output.angle_rad))
             }),
             Self::Upright => drive(Command::Follow(Motion::MinimumJerk {
                 to_rad: [0.0; JOINTS],

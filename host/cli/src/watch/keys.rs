@@ -163,7 +163,7 @@ impl Keys {
             KeyCode::Char('h' | 'H') => model
                 .board
                 .record
-                .and_then(|record| command(Command::Regulate(record.angle_rad))),
+                .and_then(|record| command(Command::Regulate(record.output.angle_rad))),
             KeyCode::Char('u' | 'U') => command(Command::Follow(Motion::MinimumJerk {
                 to_rad: [0.0; JOINTS],
                 duration_s: None,
@@ -242,7 +242,7 @@ impl Keys {
         let fresh = self
             .setpoint
             .filter(|(_, at_ns)| now_ns.saturating_sub(*at_ns) < FRESH_NS);
-        let mut setpoint = fresh.map_or(record.reference_rad, |(setpoint, _)| setpoint);
+        let mut setpoint = fresh.map_or(record.output.reference_rad, |(setpoint, _)| setpoint);
         let limits = model
             .board
             .settings

@@ -119,7 +119,7 @@ fn fault(record: &Record, _: usize) -> usize {
 }
 
 fn missing(record: &Record, joint: usize) -> usize {
-    let missing = record.samples[joint].missing();
+    let missing = record.input.samples[joint].missing();
     missing.map_or(0, |kind| word_index(&enum_names::MISSING, &kind))
 }
 
@@ -147,7 +147,7 @@ macro_rules! quantities {
 pub const QUANTITIES: [Quantity; 26] = quantities! {
     "time_s" ["time_s"] "s"
         "start of the tick on the board's clock"
-        Values::F64(|r| r.start_us as f64 / 1e6);
+        Values::F64(|r| r.input.start_us as f64 / 1e6);
     "tick" ["tick"] ""
         "number of the tick since boot; it jumps where records are missing"
         Values::U32(|r| r.tick);
@@ -159,40 +159,40 @@ pub const QUANTITIES: [Quantity; 26] = quantities! {
         Values::Word(Words::Faults, fault);
     "guards" ["guards"] ""
         "limiters that changed the wanted torque"
-        Values::Word(Words::Guards, |r, _| usize::from(r.guards.bits()) % GUARDS);
+        Values::Word(Words::Guards, |r, _| usize::from(r.output.guards.bits()) % GUARDS);
     "reference_rad" ["reference_rad_1", "reference_rad_2"] "rad"
         "reference angle, at the next tick"
-        Values::F32(|r, j| r.reference_rad[j]);
+        Values::F32(|r, j| r.output.reference_rad[j]);
     "reference_speed_rad_s" ["reference_speed_rad_s_1", "reference_speed_rad_s_2"] "rad/s"
         "reference speed, at the next tick"
-        Values::F32(|r, j| r.reference_speed_rad_s[j]);
+        Values::F32(|r, j| r.output.reference_speed_rad_s[j]);
     "angle_rad" ["angle_rad_1", "angle_rad_2"] "rad"
         "estimated angle"
-        Values::F32(|r, j| r.angle_rad[j]);
+        Values::F32(|r, j| r.output.angle_rad[j]);
     "speed_rad_s" ["speed_rad_s_1", "speed_rad_s_2"] "rad/s"
         "estimated speed"
-        Values::F32(|r, j| r.speed_rad_s[j]);
+        Values::F32(|r, j| r.output.speed_rad_s[j]);
     "encoder_counts" ["encoder_counts_1", "encoder_counts_2"] "encoder counts"
         "reading of the servo's encoder"
-        Values::Sample(|r, j| r.samples[j].counts());
+        Values::Sample(|r, j| r.input.samples[j].counts());
     "missing" ["missing_1", "missing_2"] ""
         "reason for a missing count"
         Values::Word(Words::Missing, missing);
     "alarms" ["alarms_1", "alarms_2"] ""
         "alarms of a stock servo"
-        Values::Word(Words::Alarms, |r, j| usize::from(r.alarms[j]) % ALARMS);
+        Values::Word(Words::Alarms, |r, j| usize::from(r.input.alarms[j]) % ALARMS);
     "torque_nm" ["torque_nm_1", "torque_nm_2"] "N m"
         "torque decided in this tick, without what is added against friction"
-        Values::F32(|r, j| r.torque_nm[j]);
+        Values::F32(|r, j| r.output.torque_nm[j]);
     "disturbance_nm" ["disturbance_nm_1", "disturbance_nm_2"] "N m"
         "estimated disturbance torque"
-        Values::F32(|r, j| r.disturbance_nm[j]);
+        Values::F32(|r, j| r.output.disturbance_nm[j]);
     "pwm_counts" ["pwm_counts_1", "pwm_counts_2"] "PWM counts, 1000 is off"
         "PWM sent at the start of this tick"
-        Values::U16(|r, j| r.pwm_in_force[j]);
+        Values::U16(|r, j| r.input.pwm_in_force[j]);
     "pwm_next_counts" ["pwm_next_counts_1", "pwm_next_counts_2"] "PWM counts, 1000 is off"
         "PWM decided in this tick, sent in the next"
-        Values::U16(|r, j| r.pwm_next[j]);
+        Values::U16(|r, j| r.output.pwm[j]);
     "start_error_us" ["start_error_us"] "us"
         "actual minus planned start of the tick"
         Values::U32(|r| r.timing.start_error_us);
@@ -226,7 +226,7 @@ pub const QUANTITIES: [Quantity; 26] = quantities! {
 };
 
 /// Fields of `/telemetry` that are no columns: name, unit and meaning.
-pub const TELEMETRY_ONLY: [[&str; 3]; 4] = [
+pub const TELEMETRY_ONLY: [[&str; 3]; 5] = [
     [
         "measured_rad_1",
         "rad",
@@ -239,6 +239,11 @@ pub const TELEMETRY_ONLY: [[&str; 3]; 4] = [
     ],
     ["host_ns", "ns", "when the host read the record"],
     ["sequence", "", "number of its frame, modulo 65 536"],
+    [
+        "replay",
+        "",
+        "inputs and outputs that only a replay needs, in the encoding of the link",
+    ],
 ];
 
 /// A column of a file.

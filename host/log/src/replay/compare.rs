@@ -1,9 +1,9 @@
-//! Comparison of two records of one tick, field by field, bit by bit.
+//! Comparison of the recorded with the computed outputs of a tick, field by field, bit by bit.
 
 use std::fmt;
 
-use armbridge_client::enum_names;
-use armbridge_link::message::{Mode, Record};
+use armbridge_link::message::{Record, TickOutput};
+use armbridge_link::record::TickEvents;
 use armbridge_servo::JOINTS;
 use serde::Serialize;
 
@@ -39,48 +39,49 @@ impl fmt::Display for Difference {
     }
 }
 
-/// Name of a mode; faults have their own names.
-pub(super) fn mode(mode: Mode) -> String {
-    match mode {
-        Mode::Fault(fault) => format!("fault {}", enum_names::fault(fault)),
-        Mode::Boot
-        | Mode::Idle
-        | Mode::MotorCheck
-        | Mode::Armed
-        | Mode::Running(_)
-        | Mode::Degraded(_)
-        | Mode::Passthrough => enum_names::mode(mode).to_owned(),
-    }
-}
-
 /// Whether both are equal to the last bit. All NaNs are equal:
 /// processors differ in their bits.
-pub(super) fn same(recorded: &Record, computed: &Record) -> bool {
-    let numbers = |record: &Record| {
+pub(super) fn is_same(recorded: &TickOutput, computed: &TickOutput) -> bool {
+    let numbers = |output: &TickOutput| {
         [
-            record.angle_rad,
-            record.speed_rad_s,
-            record.disturbance_nm,
-            record.reference_rad,
-            record.reference_speed_rad_s,
-            record.torque_nm,
+            output.angle_rad,
+            output.speed_rad_s,
+            output.disturbance_nm,
+            output.reference_rad,
+            output.reference_speed_rad_s,
+            output.torque_nm,
         ]
         .map(|joints| joints.map(bits))
     };
-    recorded.mode == computed.mode
+    recorded.pwm == computed.pwm
         && recorded.guards == computed.guards
-        && recorded.timing.missed == computed.timing.missed
-        && recorded.pwm_in_force == computed.pwm_in_force
-        && recorded.pwm_next == computed.pwm_next
+        && recorded.is_complete == computed.is_complete
+        && events(recorded.events) == events(computed.events)
         && numbers(recorded) == numbers(computed)
 }
 
-/// The first field that differs.
-pub(super) fn difference(recorded: &Record, computed: &Record) -> Option<Difference> {
-    let (field, recorded_value, computed_value) = first(recorded, computed)?;
+/// Events with the bits of their numbers.
+fn events(events: Option<TickEvents>) -> Option<(TickEvents, [u32; 2])> {
+    let mut events = events?;
+    let values = events.fault.as_mut().map(|fault| {
+        let values = [&mut fault.value, &mut fault.limit];
+        values.map(|value| bits(std::mem::take(value)))
+    });
+    Some((events, values.unwrap_or_default()))
+}
+
+/// The first field that differs. The PWM in force is that `decided` in the tick before, or off.
+pub(super) fn difference(
+    recorded: &Record,
+    decided: [u16; JOINTS],
+    computed: &TickOutput,
+) -> Option<Difference> {
+    let sent = recorded.input.pwm_in_force;
+    let (field, recorded_value, computed_value) = first(&recorded.output, computed)
+        .or_else(|| first_differing_integer("pwm_counts", sent, decided))?;
     Some(Difference {
         tick: recorded.tick,
-        start_us: recorded.start_us,
+        start_us: recorded.input.start_us,
         field,
         recorded: recorded_value,
         computed: computed_value,
@@ -88,25 +89,48 @@ pub(super) fn difference(recorded: &Record, computed: &Record) -> Option<Differe
 }
 
 /// Causes before their effects.
-fn first(recorded: &Record, computed: &Record) -> Option<(String, String, String)> {
-    let (was, is) = (recorded, computed);
-    first_differing_integer("missed_ticks", [was.timing.missed], [is.timing.missed])
-        .or_else(|| first_differing_integer("pwm_counts", was.pwm_in_force, is.pwm_in_force))
-        .or_else(|| first_differing_number("angle_rad", was.angle_rad, is.angle_rad))
-        .or_else(|| first_differing_number("speed_rad_s", was.speed_rad_s, is.speed_rad_s))
-        .or_else(|| first_differing_number("disturbance_nm", was.disturbance_nm, is.disturbance_nm))
-        .or_else(|| first_differing_number("reference_rad", was.reference_rad, is.reference_rad))
+fn first(was: &TickOutput, is: &TickOutput) -> Option<(String, String, String)> {
+    let number =
+        |name, of: fn(&TickOutput) -> [f32; JOINTS]| first_differing_number(name, of(was), of(is));
+    number("angle_rad", |o| o.angle_rad)
+        .or_else(|| number("speed_rad_s", |o| o.speed_rad_s))
+        .or_else(|| number("disturbance_nm", |o| o.disturbance_nm))
+        .or_else(|| number("reference_rad", |o| o.reference_rad))
+        .or_else(|| number("reference_speed_rad_s", |o| o.reference_speed_rad_s))
         .or_else(|| {
-            let [was, is] = [was, is].map(|record| record.reference_speed_rad_s);
-            first_differing_number("reference_speed_rad_s", was, is)
+            let is_same = events(was.events) == events(is.events);
+            (!is_same).then(|| first_differing_event(was.events, is.events))
         })
         .or_else(|| {
-            let [was, is] = [was.mode, is.mode].map(mode);
-            (was != is).then(|| ("board_mode".into(), was, is))
+            let [was, is] = [was, is].map(|output| [u8::from(output.is_complete)]);
+            first_differing_integer("is_complete", was, is)
         })
-        .or_else(|| first_differing_integer("guards", [was.guards.bits()], [is.guards.bits()]))
-        .or_else(|| first_differing_number("torque_nm", was.torque_nm, is.torque_nm))
-        .or_else(|| first_differing_integer("pwm_next_counts", was.pwm_next, is.pwm_next))
+        .or_else(|| {
+            let [was, is] = [was, is].map(|output| [output.guards.bits()]);
+            first_differing_integer("guards", was, is)
+        })
+        .or_else(|| number("torque_nm", |o| o.torque_nm))
+        .or_else(|| first_differing_integer("pwm_next_counts", was.pwm, is.pwm))
+}
+
+/// The kind of event that differs.
+fn first_differing_event(
+    recorded: Option<TickEvents>,
+    computed: Option<TickEvents>,
+) -> (String, String, String) {
+    let texts = |name: &str, of: fn(TickEvents) -> String| {
+        let [was, is] = [recorded, computed].map(|events| events.map_or_else(String::new, of));
+        (name.to_owned(), was, is)
+    };
+    let kinds = [
+        texts("fault", |events| format!("{:?}", events.fault)),
+        texts("fallback", |events| format!("{:?}", events.fallback)),
+        texts("experiment_end", |e| format!("{:?}", e.experiment_end)),
+        texts("are_motors_checked", |e| e.are_motors_checked.to_string()),
+    ];
+    let mut differing = kinds.into_iter().filter(|(_, was, is)| was != is);
+    let none = || ("events".to_owned(), String::new(), String::new());
+    differing.next().unwrap_or_else(none)
 }
 
 /// The first integer that differs.

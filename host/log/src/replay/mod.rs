@@ -2,39 +2,38 @@
 //! recorded outputs.
 //!
 //! ```text
-//! events -> Replayer -> inputs in their order -> bridge::app_core::Core -> records
-//!                                                        |
-//!           recorded records -------------------------> compare -> Report
+//! events -> Replayer -> edits and inputs in their order -> ControlLoop -> outputs
+//!                                                                           |
+//!           records: recorded outputs ---------------------------------> compare -> Report
 //! ```
 //!
-//! Raw counts, alarms and timing come from the records, commands from the host's
-//! frames, at the moments of their acknowledgements. Every output of every record and
-//! every reply to a command is compared bit for bit. A replay with other settings shows
-//! the board's reaction to them, open-loop: the arm's motion is the recorded one.
+//! Each record has all inputs of its tick. What edits the loop between two ticks are commands,
+//! from the host's frames at the moments of their acknowledgements, and hellos. Every output of
+//! every record, and every reply that depends on the loop, is compared bit for bit. Modes, which
+//! the supervisor decides, are inputs of the loop by its permission. A replay with other
+//! settings shows the board's reaction to them, open-loop: the arm's motion is the recorded one.
 //!
-//! A tick is not compared where an input before it is missing. Comparison resumes
-//! where the board restarts: with a hello, with arming, after bring-up.
+//! A tick is not compared where an edit before it is missing. Comparison resumes with a
+//! hello or after bring-up, where the loop restarts.
 //!
 //! | module    | contents                                                      |
 //! |-----------|---------------------------------------------------------------|
 //! | `replayer` | events in, ticks out; state of the knowledge about the board |
-//! | `board`   | the core that boards run, with the inputs of records          |
-//! | `tick_facts` | facts from one record                                      |
-//! | `pending` | messages beside records, and their places in the order        |
-//! | `compare` | two records, field by field                                   |
+//! | `board`   | the control loop of the board                                 |
+//! | `edits`   | edits between ticks, and their places in the order            |
+//! | `compare` | outputs, field by field                                       |
 //! | `report`  | result of a replay                                            |
 //! | `what_if` | other settings, and their effect                              |
 
 mod board;
 mod compare;
+mod edits;
 mod loss;
-mod pending;
 mod replayer;
 mod report;
-mod tick_facts;
 mod what_if;
 
 pub use compare::Difference;
 pub use replayer::{ReplayError, Replayer};
-pub use report::{Adopted, Report, Skipped, Verdict};
+pub use report::{Report, Skipped, Verdict};
 pub use what_if::{ChangeError, Changes, JointChange, WhatIf};

@@ -1,6 +1,5 @@
 //! Report of a replay.
 
-use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 
 use serde::Serialize;
@@ -35,17 +34,6 @@ pub struct Skipped {
     pub first_tick: u32,
 }
 
-/// Events without a cause in the records, taken as recorded.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Adopted {
-    /// The event, as text.
-    pub what: String,
-    /// Count.
-    pub times: u64,
-    /// First in or before this tick.
-    pub first_tick: u32,
-}
-
 /// Report of a replay.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
@@ -59,14 +47,12 @@ pub struct Report {
     pub differing: u64,
     /// Replies to commands that were compared.
     pub answers: u64,
-    /// Those that differ, including causes of faults.
+    /// Those that differ.
     pub answers_differing: u64,
     /// The first difference.
     pub first: Option<Difference>,
     /// Ticks that were not compared.
     pub skipped: Vec<Skipped>,
-    /// Inputs taken as recorded.
-    pub adopted: Vec<Adopted>,
     /// Commands that the board never answered.
     pub unanswered: u64,
     /// Time span of the records, in s.
@@ -85,7 +71,6 @@ pub(super) struct Tally {
     pub(super) answers_differing: u64,
     pub(super) first: Option<Difference>,
     skipped: Vec<Skipped>,
-    adopted: BTreeMap<String, Adopted>,
     pub(super) span_us: u64,
 }
 
@@ -118,18 +103,6 @@ impl Tally {
         &mut self.skipped[at]
     }
 
-    pub(super) fn count_adopted(&mut self, event: String, tick: u32) {
-        let adopted = self
-            .adopted
-            .entry(event)
-            .or_insert_with_key(|event| Adopted {
-                what: event.clone(),
-                times: 0,
-                first_tick: tick,
-            });
-        adopted.times += 1;
-    }
-
     pub(super) fn differ(&mut self, difference: impl FnOnce() -> Option<Difference>) {
         if self.first.is_none() {
             self.first = difference();
@@ -153,7 +126,6 @@ impl Tally {
             answers_differing: self.answers_differing,
             first: self.first,
             skipped: self.skipped,
-            adopted: self.adopted.into_values().collect(),
             unanswered,
             span_s: self.span_us as f64 * 1e-6,
             what_if,
@@ -188,21 +160,6 @@ impl Report {
                 write!(out, ", {missing} without a record")?;
             }
             writeln!(out, ": {reason}")?;
-        }
-        for adopted in &self.adopted {
-            let Adopted {
-                what,
-                times,
-                first_tick,
-            } = adopted;
-            let times = match times {
-                1 => String::new(),
-                times => format!(", {times} times"),
-            };
-            writeln!(
-                out,
-                "taken as recorded: {what}{times}, first at tick {first_tick}"
-            )?;
         }
         if self.unanswered > 0 {
             let count = self.unanswered;

@@ -8,14 +8,14 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use armbridge_client::enum_names;
 use armbridge_client::params;
 use armbridge_client::params::ParameterError;
-use armbridge_link::message::{Mode, Record, Settings};
+use armbridge_link::message::{Record, Settings, TickOutput};
 use armbridge_servo::JOINTS;
 use serde::Serialize;
 use toml::Value;
 
-use super::compare;
 use crate::text_table;
 
 /// Changed settings, applied wherever the log has settings.
@@ -101,13 +101,12 @@ pub struct WhatIf {
     pub changes: Vec<String>,
     /// Ticks that were compared.
     pub ticks: u64,
-    /// Those in which the motors were driven, as recorded or as computed:
-    /// all further values are about these.
+    /// Those in which motors could be driven: all further values are about these.
     pub driven: u64,
-    /// Ticks with another mode.
-    pub other_mode: u64,
-    /// The first of those: tick, recorded mode, computed mode.
-    pub first_other_mode: Option<(u32, String, String)>,
+    /// Driven ticks in which a monitor trips as computed, and none did as recorded.
+    pub faults: u64,
+    /// The first of those, and its fault.
+    pub first_fault: Option<(u32, String)>,
     /// Ticks in which a limiter changed the torque, as recorded and as computed.
     pub guarded: [u64; 2],
     /// Commands with another reply.
@@ -121,29 +120,28 @@ pub struct WhatIf {
 pub(super) struct Sums {
     ticks: u64,
     driven: u64,
-    other_mode: u64,
-    first_other_mode: Option<(u32, String, String)>,
+    faults: u64,
+    first_fault: Option<(u32, String)>,
     guarded: [u64; 2],
     joints: [JointChange; JOINTS],
 }
 
 impl Sums {
-    pub(super) fn add(&mut self, recorded: &Record, computed: &Record) {
+    pub(super) fn add(&mut self, recorded: &Record, computed: &TickOutput) {
         self.ticks += 1;
-        if recorded.mode != computed.mode {
-            self.other_mode += 1;
-            self.first_other_mode.get_or_insert_with(|| {
-                let [was, is] = [recorded.mode, computed.mode].map(compare::mode);
-                (recorded.tick, was, is)
-            });
-        }
-        let is_driven = |mode: Mode| mode.drive().is_some();
-        if !(is_driven(recorded.mode) || is_driven(computed.mode)) {
+        if !recorded.input.permission.is_armed() {
             return;
         }
         self.driven += 1;
-        for (count, record) in self.guarded.iter_mut().zip([recorded, computed]) {
-            *count += u64::from(record.guards.bits() != 0);
+        if let (None, Some(violation)) = (recorded.output.fault(), computed.fault()) {
+            self.faults += 1;
+            self.first_fault.get_or_insert_with(|| {
+                (recorded.tick, enum_names::fault(violation.fault).to_owned())
+            });
+        }
+        let recorded = &recorded.output;
+        for (count, output) in self.guarded.iter_mut().zip([recorded, computed]) {
+            *count += u64::from(output.guards.bits() != 0);
         }
         for (joint, sums) in self.joints.iter_mut().enumerate() {
             let joint_value =
@@ -173,8 +171,8 @@ impl Sums {
         let Self {
             ticks,
             driven,
-            other_mode,
-            first_other_mode,
+            faults,
+            first_fault,
             guarded,
             mut joints,
         } = self;
@@ -190,8 +188,8 @@ impl Sums {
             changes,
             ticks,
             driven,
-            other_mode,
-            first_other_mode,
+            faults,
+            first_fault,
             guarded,
             other_answers,
             joints,
@@ -229,7 +227,7 @@ impl fmt::Display for WhatIf {
         let Self {
             ticks,
             driven,
-            other_mode,
+            faults,
             ..
         } = self;
         match self.changes.as_slice() {
@@ -247,13 +245,12 @@ impl fmt::Display for WhatIf {
             f,
             "torque held back by a guard: {was} ticks recorded, {is} computed"
         )?;
-        match &self.first_other_mode {
-            Some((tick, was, is)) => writeln!(
+        match &self.first_fault {
+            Some((tick, fault)) => writeln!(
                 f,
-                "mode differs in {other_mode} ticks, first at tick {tick}: recorded {was}, \
-                 computed {is}"
+                "a monitor trips in {faults} ticks more than recorded, first at tick {tick}: {fault}"
             ),
-            None => writeln!(f, "the mode is the same in every tick"),
+            None => writeln!(f, "no monitor trips that did not as recorded"),
         }
     }
 }

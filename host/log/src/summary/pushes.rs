@@ -62,7 +62,7 @@ impl PushTally {
         let drive = record.mode.drive();
         if self.drive.is_none() {
             self.drive = drive;
-            self.reference_rad = record.reference_rad;
+            self.reference_rad = record.output.reference_rad;
         }
         let is_other_setpoint =
             drive == Some(Drive::Regulate) && !is_at(self.reference_rad, record);
@@ -70,10 +70,10 @@ impl PushTally {
         if self.is_over {
             return;
         }
-        let now_us = record.start_us;
+        let now_us = record.input.start_us;
         self.last_us = now_us;
         let error_rad = (0..JOINTS)
-            .map(|j| f64::from((record.angle_rad[j] - record.reference_rad[j]).abs()))
+            .map(|j| f64::from((record.output.angle_rad[j] - record.output.reference_rad[j]).abs()))
             .fold(0.0, f64::max);
         self.peak_error_rad = self.peak_error_rad.max(error_rad);
         if error_rad < SETTLED_RAD && now_us >= self.end_us() {

@@ -58,13 +58,13 @@ pub(super) struct RestTorqueTally {
 impl RestTorqueTally {
     /// Adds the next tick, in which the arm rests or does not.
     pub(super) fn add(&mut self, record: &Record, is_resting: bool) {
-        let before_nm = self.before_nm.replace(record.torque_nm);
+        let before_nm = self.before_nm.replace(record.output.torque_nm);
         let Some(before_nm) = before_nm.filter(|_| is_resting) else {
             return;
         };
         self.ticks += 1;
-        self.limited += u64::from(record.guards != Guards::NONE);
-        let pairs = record.torque_nm.iter().zip(before_nm);
+        self.limited += u64::from(record.output.guards != Guards::NONE);
+        let pairs = record.output.torque_nm.iter().zip(before_nm);
         for (square_nm2, (torque_nm, before_nm)) in self.step_square_nm2.iter_mut().zip(pairs) {
             *square_nm2 += f64::from(torque_nm - before_nm).powi(2);
         }

@@ -46,7 +46,7 @@ pub fn segments(records: &[Record]) -> Vec<Segment> {
             }
             _ => segments.push(Segment {
                 ticks: i..i + 1,
-                reference_rad: record.reference_rad,
+                reference_rad: record.output.reference_rad,
             }),
         }
     }
@@ -56,7 +56,7 @@ pub fn segments(records: &[Record]) -> Vec<Segment> {
 /// Whether the record has this reference, to the bit: it is a repeated command, not
 /// computed.
 pub(super) fn is_at(reference_rad: [f32; JOINTS], record: &Record) -> bool {
-    reference_rad.map(f32::to_bits) == record.reference_rad.map(f32::to_bits)
+    reference_rad.map(f32::to_bits) == record.output.reference_rad.map(f32::to_bits)
 }
 
 /// Performance at one setpoint.
@@ -101,19 +101,21 @@ impl SegmentSummary {
         facts: &RunFacts,
     ) -> Self {
         let ticks = &records[segment.ticks.clone()];
-        let start_ns = ticks[0].start_us * 1_000;
+        let start_ns = ticks[0].input.start_us * 1_000;
         let mut pushes = pushes
             .iter()
             .filter(|push| push.start_ns >= start_ns)
             .peekable();
         let mut tally = SegmentTally::begin(&ticks[0]);
         for record in &ticks[1..] {
-            while let Some(push) = pushes.next_if(|push| push.start_ns <= record.start_us * 1_000) {
+            while let Some(push) =
+                pushes.next_if(|push| push.start_ns <= record.input.start_us * 1_000)
+            {
                 tally.push(push);
             }
             tally.add(record);
         }
-        tally.finished().summary(records[0].start_us, facts)
+        tally.finished().summary(records[0].input.start_us, facts)
     }
 }
 
@@ -145,9 +147,9 @@ pub(super) struct SegmentTally {
 impl SegmentTally {
     pub(super) fn begin(record: &Record) -> Self {
         let mut tally = Self {
-            start_us: record.start_us,
-            last_us: record.start_us,
-            reference_rad: record.reference_rad,
+            start_us: record.input.start_us,
+            last_us: record.input.start_us,
+            reference_rad: record.output.reference_rad,
             inside_us: [None; JOINTS],
             before_push: None,
             pushed_until_us: 0,
@@ -163,10 +165,10 @@ impl SegmentTally {
     }
 
     pub(super) fn add(&mut self, record: &Record) {
-        let now_us = record.start_us;
+        let now_us = record.input.start_us;
         self.last_us = now_us;
         let error_rad: [f64; JOINTS] = std::array::from_fn(|j| {
-            f64::from(record.angle_rad[j]) - f64::from(record.reference_rad[j])
+            f64::from(record.output.angle_rad[j]) - f64::from(record.output.reference_rad[j])
         });
         for (inside_us, error_rad) in self.inside_us.iter_mut().zip(error_rad) {
             // False for an estimate that is not a number, too.

@@ -64,17 +64,17 @@ impl Tally {
     /// Adds the next tick.
     pub fn add(&mut self, record: &Record) {
         if self.ticks == 0 {
-            self.origin_us = record.start_us;
+            self.origin_us = record.input.start_us;
         }
         self.ticks += 1;
-        self.last_us = record.start_us;
+        self.last_us = record.input.start_us;
         for joint in 0..JOINTS {
-            let torque_nm = f64::from(record.torque_nm[joint]);
+            let torque_nm = f64::from(record.output.torque_nm[joint]);
             let peak_nm = &mut self.peak_torque_nm[joint];
             if torque_nm.abs() > peak_nm.abs() {
                 *peak_nm = torque_nm;
             }
-            let deviation = record.pwm_in_force[joint].abs_diff(PWM_OFF);
+            let deviation = record.input.pwm_in_force[joint].abs_diff(PWM_OFF);
             let peak = &mut self.peak_pwm_deviation[joint];
             *peak = deviation.max(*peak);
         }
@@ -97,7 +97,7 @@ impl Tally {
         if self.is_moving(record) {
             self.tracked += 1;
             for joint in 0..JOINTS {
-                let error_rad = record.angle_rad[joint] - record.reference_rad[joint];
+                let error_rad = record.output.angle_rad[joint] - record.output.reference_rad[joint];
                 self.tracking_square_rad2[joint] += f64::from(error_rad).powi(2);
             }
         }
@@ -116,8 +116,12 @@ impl Tally {
     /// Whether the reference moves along a motion in this tick: it has a speed, or it is not
     /// where it was in the tick before.
     fn is_moving(&mut self, record: &Record) -> bool {
-        let before_rad = self.reference_rad.replace(record.reference_rad);
-        let has_speed = record.reference_speed_rad_s.iter().any(|s| s.abs() > 0.0);
+        let before_rad = self.reference_rad.replace(record.output.reference_rad);
+        let has_speed = record
+            .output
+            .reference_speed_rad_s
+            .iter()
+            .any(|s| s.abs() > 0.0);
         let has_moved = before_rad.is_some_and(|before_rad| !is_at(before_rad, record));
         record.mode.drive() == Some(Drive::Track) && (has_speed || has_moved)
     }
@@ -128,7 +132,7 @@ impl Tally {
         if record.timing.compute_ns > 0 {
             self.compute_ns.add(record.timing.compute_ns);
         }
-        for sample in record.samples {
+        for sample in record.input.samples {
             if let Sample::Missing(kind) = sample {
                 *self.missing.entry(enum_names::missing(kind)).or_default() += 1;
             }
@@ -165,7 +169,7 @@ impl Tally {
         let fault = enum_names::fault_of(record.mode);
         if let (true, Some(fault)) = (fault != self.fault, fault) {
             self.faults.push(FaultSummary {
-                time_s: record.start_us.saturating_sub(self.origin_us) as f64 * 1e-6,
+                time_s: record.input.start_us.saturating_sub(self.origin_us) as f64 * 1e-6,
                 fault: enum_names::fault(fault),
                 cause: None,
             });

@@ -237,7 +237,7 @@ impl Driver {
             }
             (BoardMessage::Other(ToHost::Record(record)), phase) => {
                 self.record = Some(record);
-                let torques = record.torque_nm.iter();
+                let torques = record.output.torque_nm.iter();
                 self.max_torque_nm =
                     torques.fold(self.max_torque_nm, |most, nm| most.max(nm.abs()));
                 if record.mode == Mode::Idle {
@@ -295,7 +295,7 @@ impl Driver {
         }
         match (self.activity, self.command, self.record) {
             (Activity::Stream, _, Some(record)) => {
-                let at_us = record.start_us + AHEAD_US;
+                let at_us = record.input.start_us + AHEAD_US;
                 let path = StreamPath::next(self.stream, at_us, &record);
                 self.stream = Some(path);
                 self.client.command(Command::Stream {

@@ -28,7 +28,7 @@ impl StreamPath {
         let goes_on = |path: &Self| is_followed(record) || at_us <= path.since_us + AGAIN_US;
         present.filter(goes_on).unwrap_or(Self {
             since_us: at_us,
-            from_rad: record.angle_rad,
+            from_rad: record.output.angle_rad,
         })
     }
 

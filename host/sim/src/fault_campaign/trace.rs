@@ -117,10 +117,10 @@ impl Trace {
                 format!(
                     "; tick {}, q {:.3?} rad, dq {:.2?} rad/s, PWM {:?}, {:?}",
                     record.tick,
-                    record.angle_rad,
-                    record.speed_rad_s,
-                    record.pwm_in_force,
-                    record.samples
+                    record.output.angle_rad,
+                    record.output.speed_rad_s,
+                    record.input.pwm_in_force,
+                    record.input.samples
                 )
             });
             let why = match (to, trip) {

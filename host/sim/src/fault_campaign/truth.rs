@@ -205,7 +205,7 @@ impl Truth {
         let far_rad = match self.record {
             Some(record) if is_driven => {
                 let far_rad =
-                    |joint: usize| (q[joint] - f64::from(record.reference_rad[joint])).abs();
+                    |joint: usize| (q[joint] - f64::from(record.output.reference_rad[joint])).abs();
                 (0..JOINTS).map(far_rad).fold(0.0, f64::max)
             }
             _ => 0.0,

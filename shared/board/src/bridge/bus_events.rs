@@ -5,10 +5,10 @@ use armbridge_servo::bus::Bus;
 use super::app_core::{BusAction, TickSamples};
 use super::channels::Notification;
 use super::{Bridge, Progress};
-use crate::control_loop::Violation;
 use crate::sequencer::{BusEvent, Health};
 use crate::supervisor::{Event, State};
 use armbridge_link::message::{Fault, Refusal};
+use armbridge_link::record::Violation;
 
 impl<B: Bus> Bridge<'_, B> {
     /// Takes an event of the bus.

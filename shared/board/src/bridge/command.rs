@@ -4,11 +4,9 @@
 //! that has no place in a tick; the [`supervisor`](crate::supervisor) decides whether a
 //! command may be taken now.
 
-use crate::control_loop::ControlConfig;
 use crate::control_loop::limits::REFERENCE_MAX_RAD;
-use crate::control_loop::reference::TimedTrajectory;
+use crate::control_loop::{ControlConfig, DriveRequest};
 use armbridge_control::trajectory::stream::Point;
-use armbridge_link::experiment::Experiment;
 use armbridge_link::limits::hard;
 use armbridge_link::message::{Command, Limits, Refusal};
 use armbridge_servo::JOINTS;
@@ -20,18 +18,10 @@ pub enum ValidatedCommand {
     Idle,
     /// Arm; the session has been checked.
     Arm,
-    /// Constant torques in N m.
-    Torque([f32; JOINTS]),
-    /// Hold the arm at these angles in rad.
-    Regulate([f32; JOINTS]),
     /// Report the start point of a motion.
     StartPoint,
-    /// Follow a planned motion.
-    Follow(TimedTrajectory),
-    /// Follow a stream of which this is the next point.
-    Stream(Point<f32>),
-    /// Experiment; its shape has been checked.
-    Experiment(Experiment),
+    /// Drive the arm; the shape of an experiment has been checked.
+    Drive(DriveRequest),
     /// Make stock servos ready for torque.
     Prepare,
     /// Leave the bus to the transparent port.
@@ -68,23 +58,23 @@ pub fn validate(
         Command::Arm { session: stated } if stated != session => Err(Refusal::OtherSession),
         Command::Arm { .. } => arm_refusal.map_or(Ok(ValidatedCommand::Arm), Err),
         Command::Torque(torque) => within(torque, hard::TORQUE_NM)
-            .map(ValidatedCommand::Torque)
+            .map(|torque| ValidatedCommand::Drive(DriveRequest::Torque(torque)))
             .ok_or(Refusal::OutOfRange),
         Command::Regulate(reference) => within(reference, REFERENCE_MAX_RAD)
-            .map(ValidatedCommand::Regulate)
+            .map(|angles| ValidatedCommand::Drive(DriveRequest::Regulate(angles)))
             .ok_or(Refusal::OutOfRange),
         Command::Follow(_) => Ok(ValidatedCommand::StartPoint),
         Command::Stream {
             at_us,
             angle_rad,
             speed_rad_s,
-        } => Ok(ValidatedCommand::Stream(Point {
+        } => Ok(ValidatedCommand::Drive(DriveRequest::Stream(Point {
             at_us,
             q: angle_rad.into(),
             dq: speed_rad_s.map(Into::into),
-        })),
+        }))),
         Command::Experiment(plan) => match plan.check() {
-            Ok(()) => Ok(ValidatedCommand::Experiment(plan)),
+            Ok(()) => Ok(ValidatedCommand::Drive(DriveRequest::Experiment(plan))),
             Err(objection) => Err(Refusal::Experiment(objection)),
         },
         Command::Prepare => Ok(ValidatedCommand::Prepare),

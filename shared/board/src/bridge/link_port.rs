@@ -10,6 +10,7 @@ mod outgoing;
 
 use super::channels::{LinkEnd, Notification};
 use super::command::{ValidatedCommand, validate};
+use crate::control_loop::DriveRequest;
 use crate::control_loop::limits::MOTION;
 use crate::control_loop::reference::{self, StartPoint, TimedTrajectory};
 use armbridge_control::trajectory::Trajectory;
@@ -323,10 +324,10 @@ impl<'a> LinkPort<'a> {
         };
         let planned = Trajectory::plan(start.from, &motion.shape(), &MOTION);
         let command = planned.map(|trajectory| {
-            ValidatedCommand::Follow(TimedTrajectory {
+            ValidatedCommand::Drive(DriveRequest::Follow(TimedTrajectory {
                 trajectory,
                 starts_us: start.at_us,
-            })
+            }))
         });
         self.request(
             sequence,

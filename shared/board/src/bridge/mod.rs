@@ -63,12 +63,13 @@ pub use link_port::LinkPort;
 use armbridge_servo::bus::Bus;
 use core::convert::Infallible;
 
-use crate::control_loop::{LoopConfig, Violation};
+use crate::control_loop::LoopConfig;
 use crate::sequencer::{BusPermission, BusSequencer, Dropouts};
 use crate::supervisor::State;
 pub use app_core::MemoryRegion;
 use app_core::{Core, TickSamples};
 use armbridge_link::message::{Fault, Mode, Record, Refusal, Settings};
+use armbridge_link::record::Violation;
 use armbridge_servo::JOINTS;
 use armbridge_servo::ServoId;
 use gateway::Gateway;
@@ -258,7 +259,7 @@ impl<'a, B: Bus> Bridge<'a, B> {
             .permit(self.bus_permission(), self.core.now_us());
         let (tick, dropouts) = (self.core.tick(), self.dropouts());
         self.sequencer
-            .begin_tick(command.pwm, tick, &dropouts, available_us);
+            .begin_tick(command, tick, &dropouts, available_us);
     }
 
     fn dropouts(&self) -> Dropouts {

@@ -6,9 +6,9 @@ use super::Bridge;
 use super::app_core::BusFacts;
 use super::channels::{HostRequest, Notification};
 use super::command::ValidatedCommand;
-use crate::control_loop::Violation;
 use crate::supervisor::{Event, State};
 use armbridge_link::message::{Fault, Refusal, StopSource};
+use armbridge_link::record::Violation;
 use armbridge_servo::Firmware;
 
 impl<B: Bus> Bridge<'_, B> {

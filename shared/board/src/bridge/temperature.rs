@@ -9,9 +9,9 @@
 //! A servo that was too hot must have come down by a margin before its fault is cleared, and
 //! be within its limits before the board is armed.
 
-use crate::control_loop::Violation;
 use armbridge_link::limits::hard;
 use armbridge_link::message::{Fault, Limits};
+use armbridge_link::record::Violation;
 use armbridge_servo::Firmware;
 use armbridge_servo::JOINTS;
 

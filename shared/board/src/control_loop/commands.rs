@@ -17,11 +17,10 @@ use super::monitors::Monitors;
 use super::motor_check::MotorCheck;
 use super::pipeline::FeedForward;
 use super::reference::{ReferenceSource, StartPoint, TimedTrajectory};
-use super::{ControlLoop, DriveCommand, Instant, LoopConfig};
-use armbridge_control::arm::State;
+use super::{ControlLoop, DriveCommand, DriveRequest, Instant, LoopConfig};
 use armbridge_control::trajectory::Reference;
 use armbridge_control::trajectory::stream::Point;
-use armbridge_link::experiment::{Experiment, Objection};
+use armbridge_link::experiment::Experiment;
 use armbridge_link::message::{Drive, Refusal};
 use armbridge_servo::JOINTS;
 use nalgebra::Vector2;
@@ -32,10 +31,25 @@ impl ControlLoop {
         self.commanded.drive()
     }
 
-    /// Clears the command, and begins the motor check anew, at this time in µs.
-    pub fn reset_command(&mut self, now_us: u64) {
-        self.commanded = DriveCommand::new(Drive::Hold, [0.0; JOINTS], now_us);
+    /// Before motors may be driven: clears the command, begins the motor check anew, and restarts
+    /// monitors and estimate.
+    pub fn energise(&mut self) {
         self.motor_check = MotorCheck::default();
+        self.end_motor_check();
+    }
+
+    /// The same after the motor check, whose result stays.
+    pub(super) fn end_motor_check(&mut self) {
+        self.commanded = DriveCommand::new(Drive::Hold, [0.0; JOINTS], 0);
+        self.restart_monitors();
+        self.reset_estimate();
+    }
+
+    /// Restarts with the next tick: monitors, the knowledge of the encoders' noise, estimate and
+    /// reference.
+    pub fn restart(&mut self) {
+        self.reset_monitors();
+        self.reset_estimate();
     }
 
     /// Resets the estimator, which restarts from the next samples, and the reference: the
@@ -51,7 +65,7 @@ impl ControlLoop {
     }
 
     /// Resets the monitors, and the knowledge of the encoders' noise.
-    pub fn reset_monitors(&mut self) {
+    fn reset_monitors(&mut self) {
         self.monitors = Monitors::default();
     }
 
@@ -115,38 +129,6 @@ impl ControlLoop {
         self.bump_nm = torque_nm - demand.torque_nm;
     }
 
-    /// Commands constant joint torques in N m from the next tick on, at this time.
-    pub fn hold_torque(&mut self, torque_nm: [f32; JOINTS], now_us: u64) {
-        self.commanded = DriveCommand::new(Drive::Torque, torque_nm, now_us);
-    }
-
-    /// Holds the arm at these angles in rad; a step if it is elsewhere.
-    pub fn regulate(&mut self, config: &LoopConfig, angle_rad: [f32; JOINTS], now: Instant) {
-        let source = ReferenceSource::hold(angle_rad.into());
-        self.follow(config, Drive::Regulate, source, now);
-    }
-
-    /// Follows a source; the transition from a constant torque has no step.
-    pub fn follow(
-        &mut self,
-        config: &LoopConfig,
-        drive: Drive,
-        source: ReferenceSource,
-        now: Instant,
-    ) {
-        let acts_us = now.acts_us;
-        let was_constant = match self.drive() {
-            Drive::Torque | Drive::Experiment => now.is_driven,
-            Drive::Regulate | Drive::Track | Drive::Hold => false,
-        };
-        self.commanded = DriveCommand::new(drive, [0.0; JOINTS], now.us);
-        self.source = source;
-        if was_constant {
-            let reference = self.source.at(acts_us);
-            self.fade_from(config, self.command.total_nm(), &reference);
-        }
-    }
-
     /// The present source; if the arm follows none, rest at its angles.
     #[inline(never)]
     pub fn present_source(&self, now: Instant) -> ReferenceSource {
@@ -171,71 +153,113 @@ impl ControlLoop {
         self.present_source(now).start_point(now.us)
     }
 
-    /// The source with a planned motion added.
-    ///
-    /// # Errors
-    /// [`Refusal::Busy`] if its time has passed, or if it would begin away from the reference.
-    pub fn with_motion(
-        &self,
-        motion: TimedTrajectory,
-        now: Instant,
-    ) -> Result<ReferenceSource, Refusal> {
-        let mut source = self.present_source(now);
-        source.change_to(motion, now.us)?;
-        Ok(source)
-    }
-
-    /// The source with a streamed point added.
-    ///
-    /// # Errors
-    /// The reason for the refusal of the point.
-    pub fn with_point(&self, point: Point<f32>, now: Instant) -> Result<ReferenceSource, Refusal> {
-        let mut source = self.present_source(now);
-        source.push(now.acts_us, point)?;
-        Ok(source)
-    }
-
     /// Whether the same experiment drives the motors.
     pub fn is_running(&self, plan: &Experiment, is_driven: bool) -> bool {
         is_driven && self.drive() == Drive::Experiment && self.experiment.plan == *plan
     }
 
-    /// The source that brings the arm to rest for an experiment that begins now.
+    /// Takes a request of the host; motors that have not been driven are
+    /// [energised](Self::energise).
     ///
     /// # Errors
-    /// The reason why the experiment may not begin.
-    #[inline(never)]
-    pub fn admit(
-        &self,
+    /// The reason for the refusal; the state is unchanged.
+    pub fn request(
+        &mut self,
         config: &LoopConfig,
-        plan: &Experiment,
+        request: DriveRequest,
         now: Instant,
-    ) -> Result<ReferenceSource, Objection> {
-        let mut source = self.present_source(now);
-        source.brake(now.acts_us);
-        experiment::admit(plan, &config.monitors, &self.state, source.end())?;
-        Ok(source)
+    ) -> Result<(), Refusal> {
+        match request {
+            DriveRequest::Torque(torque_nm) => {
+                self.begin_drive(now);
+                self.commanded = DriveCommand::new(Drive::Torque, torque_nm, now.us);
+                Ok(())
+            }
+            DriveRequest::Regulate(angle_rad) => {
+                self.regulate(config, angle_rad, now);
+                Ok(())
+            }
+            DriveRequest::Follow(motion) => self.follow_motion(config, motion, now),
+            DriveRequest::Stream(point) => self.follow_point(config, point, now),
+            DriveRequest::Experiment(plan) => self.begin_experiment(config, plan, now),
+        }
     }
 
-    /// Begins an experiment from where it was [admitted](Self::admit).
-    pub fn begin_experiment(
+    fn begin_drive(&mut self, now: Instant) {
+        if !now.is_driven {
+            self.energise();
+        }
+    }
+
+    // Functions of their own: each has a source or two of some 800 bytes in its frame, of which
+    // inlining makes a sum.
+
+    /// Holds the arm at these angles in rad; a step if it is elsewhere.
+    #[inline(never)]
+    pub fn regulate(&mut self, config: &LoopConfig, angle_rad: [f32; JOINTS], now: Instant) {
+        let source = ReferenceSource::hold(angle_rad.into());
+        self.follow(config, Drive::Regulate, source, now);
+    }
+
+    #[inline(never)]
+    fn follow_motion(
+        &mut self,
+        config: &LoopConfig,
+        motion: TimedTrajectory,
+        now: Instant,
+    ) -> Result<(), Refusal> {
+        let mut source = self.present_source(now);
+        source.change_to(motion, now.us)?;
+        self.follow(config, Drive::Track, source, now);
+        Ok(())
+    }
+
+    #[inline(never)]
+    fn follow_point(
+        &mut self,
+        config: &LoopConfig,
+        point: Point<f32>,
+        now: Instant,
+    ) -> Result<(), Refusal> {
+        let mut source = self.present_source(now);
+        source.push(now.acts_us, point)?;
+        self.follow(config, Drive::Track, source, now);
+        Ok(())
+    }
+
+    /// Begins an experiment where the arm has been brought to rest.
+    #[inline(never)]
+    fn begin_experiment(
         &mut self,
         config: &LoopConfig,
         plan: Experiment,
-        source: ReferenceSource,
         now: Instant,
-    ) {
+    ) -> Result<(), Refusal> {
+        if self.is_running(&plan, now.is_driven) {
+            return Ok(());
+        }
+        let mut source = self.present_source(now);
+        source.brake(now.acts_us);
+        experiment::admit(&plan, &config.monitors, &self.state, source.end())
+            .map_err(Refusal::Experiment)?;
         self.follow(config, Drive::Experiment, source, now);
         self.experiment = ActiveExperiment::new(plan);
+        Ok(())
     }
 
-    /// Sets the source that drives the motors, from a recorded tick.
-    pub fn set_drive(&mut self, drive: Drive) {
-        self.commanded = self.commanded.with_drive(drive);
-    }
-
-    /// Sets estimate and reference from a recorded tick.
-    pub fn resume(&mut self, state: State<f32>, reference: Reference<f32>) {
-        (self.state, self.reference) = (state, reference);
+    /// Follows a source; the transition from a constant torque has no step.
+    fn follow(&mut self, config: &LoopConfig, drive: Drive, source: ReferenceSource, now: Instant) {
+        let acts_us = now.acts_us;
+        let was_constant = match self.drive() {
+            Drive::Torque | Drive::Experiment => now.is_driven,
+            Drive::Regulate | Drive::Track | Drive::Hold => false,
+        };
+        self.begin_drive(now);
+        self.commanded = DriveCommand::new(drive, [0.0; JOINTS], now.us);
+        self.source = source;
+        if was_constant {
+            let reference = self.source.at(acts_us);
+            self.fade_from(config, self.command.total_nm(), &reference);
+        }
     }
 }

@@ -115,7 +115,8 @@ impl LoopConfig {
     }
 
     /// The same limits with another set-up.
-    pub(crate) fn with_control(&self, control: &ControlConfig) -> Self {
+    #[must_use]
+    pub fn with_control(&self, control: &ControlConfig) -> Self {
         let is_same_period = control.period_us == self.control.period_us;
         if is_same_period && self.has_joints(control) {
             return Self {
@@ -127,7 +128,8 @@ impl LoopConfig {
     }
 
     /// The same set-up with other [valid](Limits::is_valid) limits.
-    pub(crate) fn with_limits(&self, limits: Limits) -> Self {
+    #[must_use]
+    pub fn with_limits(&self, limits: Limits) -> Self {
         Self::from_parts(&self.control, limits)
     }
 

@@ -4,9 +4,31 @@
 //! covers it, the constant torque and the age of the command; every tick compares it
 //! before it drives anything.
 
+use super::reference::TimedTrajectory;
 use armbridge_control::check_word::{CheckWord, checked, decode};
+use armbridge_control::trajectory::stream::Point;
+use armbridge_link::experiment::Experiment;
 use armbridge_link::message::Drive;
 use armbridge_servo::JOINTS;
+
+/// Request of the host that drives the arm, within its bounds.
+#[derive(Clone, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a queue has room for the largest"
+)]
+pub enum DriveRequest {
+    /// Constant torques in N m.
+    Torque([f32; JOINTS]),
+    /// Hold the arm at these angles in rad.
+    Regulate([f32; JOINTS]),
+    /// Follow a planned motion.
+    Follow(TimedTrajectory),
+    /// Follow a stream of which this is the next point.
+    Stream(Point<f32>),
+    /// Run this experiment.
+    Experiment(Experiment),
+}
 
 /// See the [module](self).
 #[derive(Clone, Copy, Debug)]
@@ -51,11 +73,6 @@ impl DriveCommand {
             words,
             check: CheckWord::compute(&words),
         }
-    }
-
-    /// The same command with another source.
-    pub(super) fn with_drive(&self, drive: Drive) -> Self {
-        self.continued(drive, self.words.commanded_us)
     }
 
     /// This command, continued by another source from this time on. One that is corrupted keeps

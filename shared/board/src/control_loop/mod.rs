@@ -37,8 +37,11 @@
 //! ```
 //! use armbridge_control::actuator::Joint;
 //! use armbridge_control::arm::{Parameters, State};
-//! use armbridge_board::control_loop::{ControlLoop, Instant, LoopConfig, Permission, TickInput};
+//! use armbridge_board::control_loop::{ControlLoop, Instant, LoopConfig};
+//! use armbridge_board::flow_token::FlowToken;
 //! use armbridge_link::message::{Sample, Settings};
+//! use armbridge_link::record::{Permission, TickInput};
+//! use armbridge_servo::Pwm;
 //! use nalgebra::Vector2;
 //!
 //! let config = LoopConfig::build(&Settings::default()).unwrap();
@@ -48,10 +51,11 @@
 //! control.regulate(&config, [0.0, 0.0], Instant::default());
 //! for tick in 1..=2_000 {
 //!     input.samples = [plant.q.x, plant.q.y].map(|q| Sample::Counts(servo.position(q) as u16));
-//!     (input.acts_us, input.permission) = (tick * 1_000, Permission::Drive);
-//!     let torque = input.in_force.total_nm();
-//!     input.in_force = control.step(&config, &input).command;
-//!     plant.dq += arm.acceleration(&plant, torque) * 1e-3;
+//!     (input.start_us, input.lead_us) = (tick * 1_000, 1_000);
+//!     input.permission = Permission::Drive;
+//!     let torque = input.pwm_in_force.map(|pwm| servo.torque(Pwm::saturating(pwm)));
+//!     input.pwm_in_force = control.step(&config, &input, &mut FlowToken::default()).pwm;
+//!     plant.dq += arm.acceleration(&plant, torque.into()) * 1e-3;
 //!     plant.q += plant.dq * 1e-3;
 //! }
 //! assert!(plant.q.amax() < 0.02, "it stands at {}", plant.q);
@@ -87,18 +91,18 @@ mod time_out;
 
 pub use config::{CHECK_US, ControlConfig, LoopConfig, can_run, settings_refusal};
 pub use experiment::permits;
-pub use monitors::Violation;
 pub use pipeline::ActuatorCommand;
-pub use tick::{Fallback, Instant, Permission, TickInput, TickOutput};
+pub use tick::Instant;
 
-use crate::flow_token::Machine;
+use crate::flow_token::{FlowToken, Machine};
 use armbridge_control::arm::{Posture, State};
 use armbridge_control::estimate::Estimate;
 use armbridge_control::trajectory::Reference;
 use armbridge_link::message::{Drive, Fault, Guards, Sample};
-use armbridge_servo::Alarms;
-use armbridge_servo::JOINTS;
+use armbridge_link::record::{Permission, TickEvents, TickInput, TickOutput, Violation};
+use armbridge_servo::{Alarms, JOINTS, Pwm};
 use drive_command::DriveCommand;
+pub use drive_command::DriveRequest;
 use experiment::ActiveExperiment;
 use monitors::{MonitorInput, Monitors};
 use motor_check::{CheckInput, CheckStep, MotorCheck};
@@ -109,6 +113,11 @@ use tick::TickStatus;
 
 /// Alarms upon which a stock servo with factory settings switches its torque off.
 const SHUTDOWN: Alarms = Alarms::OVERHEATING.or(Alarms::OVERLOAD);
+
+/// Whether a servo with this error byte switches its torque off.
+fn switches_off(alarms: u8) -> bool {
+    !Alarms::from_bits(alarms).and(SHUTDOWN).is_empty()
+}
 
 /// The state of the control loop, see the [module](self).
 #[derive(Clone, Debug)]
@@ -155,14 +164,25 @@ impl ControlLoop {
         }
     }
 
-    /// Runs a tick: estimates, monitors, controls.
-    pub fn step(&mut self, config: &LoopConfig, input: &TickInput) -> TickOutput {
+    /// Runs a tick: estimates, monitors, controls; and stamps its token.
+    pub fn step(
+        &mut self,
+        config: &LoopConfig,
+        input: &TickInput,
+        token: &mut FlowToken,
+    ) -> TickOutput {
+        if input.is_first {
+            self.restart();
+        }
+        let in_force = self.in_force(input);
+        let acts_us = input.acts_us();
         let mut status = TickStatus {
             permission: input.permission,
             fault: None,
         };
         self.check_command(&mut status);
-        let mut fallback = self
+        let mut events = TickEvents::NONE;
+        events.fallback = self
             .check_host_silence(config, input, &mut status)
             .or_else(|| self.check_command_age(config, input, &mut status));
         let counts = input.samples.map(Sample::counts);
@@ -178,7 +198,7 @@ impl ControlLoop {
         let state = config.control.estimator.correct(&mut self.estimate, gated);
         // From the estimate with these samples, whichever state is reported.
         let posture = Posture::of(self.estimate.state().q);
-        let torque_nm = input.in_force.total_nm();
+        let torque_nm = in_force.total_nm();
         let gravity_nm = posture.gravity(&config.control.arm);
         let is_held = status.is_driven() && self.drive().is_closed_loop();
         let rest_nm = gravity_nm - torque_nm;
@@ -194,32 +214,23 @@ impl ControlLoop {
             gravity_nm: gravity_nm.into(),
             balance,
             reference_rad_s: followed_rad_s.into(),
-            is_alarmed: input.alarms.map(|alarms| !alarms.and(SHUTDOWN).is_empty()),
+            is_alarmed: input.alarms.map(switches_off),
             is_armed,
         });
         // The command of this tick acts from the next samples on.
-        let known_nm = if status.drives_motors() || input.in_force != ActuatorCommand::OFF {
-            config.control.known_torque(&input.in_force)
+        let known_nm = if status.drives_motors() || in_force != ActuatorCommand::OFF {
+            config.control.known_torque(&in_force)
         } else {
             // The arm rests on something: a model that falls would estimate a speed there.
             gravity_nm
         };
         let ahead = self.predict(config, &posture, known_nm);
-        let mut reference = self.source.at(input.acts_us);
-        let mut experiment_end = None;
-        if status.is_driven() && self.drive() == Drive::Experiment {
-            let pwm = input.in_force.pwm;
-            let fast_ticks = config.monitors.fast_ticks();
-            let (at_us, overridden) = (input.acts_us, &mut reference);
-            experiment_end = self
-                .experiment
-                .tick(pwm, &state, &ahead, at_us, fast_ticks, overridden);
-            if experiment_end.is_some() {
-                self.source = ReferenceSource::braking(overridden, at_us);
-                fallback = Some(self.brake(at_us));
-                reference = self.source.at(at_us);
-            }
-        }
+        let is_experiment = status.is_driven() && self.drive() == Drive::Experiment;
+        let reference = if is_experiment {
+            self.experiment_reference(config, &in_force, &state, &ahead, acts_us, &mut events)
+        } else {
+            self.source.at(acts_us)
+        };
         let mut guards = Guards::NONE;
         let check = self.check_motors(config, &mut status, |noise_rad2| CheckInput {
             arm: &config.control.arm,
@@ -237,9 +248,8 @@ impl ControlLoop {
             None => is_driven.then(|| self.drive_demand(config, &ahead, &reference, gravity_nm)),
         };
         let demand_nm = demand.map(|demand| demand.torque_nm);
-        let (in_force, limited) = (&input.in_force, &mut guards);
         let command = self
-            .command(config, in_force, &ahead, demand, is_driven, limited)
+            .command(config, &in_force, &ahead, demand, is_driven, &mut guards)
             .unwrap_or_else(|violation| {
                 status.trip(violation);
                 ActuatorCommand::OFF
@@ -247,18 +257,60 @@ impl ControlLoop {
         let lag_rad = reference.q - ahead.q;
         self.integrate(config, is_driven, lag_rad, demand_nm, &command);
         (self.state, self.reference, self.command) = (state, reference, command);
+        events.are_motors_checked = matches!(check, Some(CheckStep::Passed));
+        if events.are_motors_checked {
+            self.end_motor_check();
+        }
+        events.fault = status.fault;
+        *token = token.stamp(Machine::ControlLoop);
         TickOutput {
-            command,
-            estimate: state,
-            reference,
+            pwm: command.pwm.map(Pwm::counts),
+            torque_nm: command.torque_nm.into(),
+            reference_rad: reference.q.into(),
+            reference_speed_rad_s: reference.dq.into(),
+            angle_rad: state.q.into(),
+            speed_rad_s: state.dq.into(),
             disturbance_nm: self.estimate.disturbance().into(),
             guards,
             is_complete: gated.iter().all(Option::is_some),
-            fallback,
-            experiment_end,
-            are_motors_checked: matches!(check, Some(CheckStep::Passed)),
-            fault: status.fault,
-            token: input.token.stamp(Machine::ControlLoop),
+            events: events.some(),
+        }
+    }
+
+    /// The reference of an experiment; one that ends brakes the arm.
+    fn experiment_reference(
+        &mut self,
+        config: &LoopConfig,
+        in_force: &ActuatorCommand,
+        state: &State<f32>,
+        ahead: &State<f32>,
+        at_us: u64,
+        events: &mut TickEvents,
+    ) -> Reference<f32> {
+        let mut reference = self.source.at(at_us);
+        let fast_ticks = config.monitors.fast_ticks();
+        events.experiment_end = self.experiment.tick(
+            in_force.pwm,
+            state,
+            ahead,
+            at_us,
+            fast_ticks,
+            &mut reference,
+        );
+        if events.experiment_end.is_some() {
+            self.source = ReferenceSource::braking(&reference, at_us);
+            events.fallback = Some(self.brake(at_us));
+            reference = self.source.at(at_us);
+        }
+        reference
+    }
+
+    /// The command in force: the last one, if its PWM was sent, or motors off.
+    fn in_force(&self, input: &TickInput) -> ActuatorCommand {
+        if self.command.pwm.map(Pwm::counts) == input.pwm_in_force {
+            self.command
+        } else {
+            ActuatorCommand::OFF
         }
     }
 
@@ -339,6 +391,11 @@ impl ControlLoop {
         step
     }
 
+    /// PWM decided in the last tick.
+    pub fn pwm(&self) -> [Pwm; JOINTS] {
+        self.command.pwm
+    }
+
     /// Consecutive missing samples of this joint.
     pub fn lost_in_row(&self, joint: usize) -> u32 {
         self.monitors.lost_in_row(joint)
@@ -359,14 +416,15 @@ mod tests {
         input.permission = Permission::Drive;
         let mut command = |samples| {
             input.samples = samples;
-            let output = control.step(&config, &input);
-            assert_eq!(output.fault, None);
-            output.command
+            let output = control.step(&config, &input, &mut FlowToken::default());
+            assert_eq!(output.events, None);
+            output.pwm
         };
+        let off = [Pwm::OFF.counts(); JOINTS];
         let (there, missing) = (Sample::Counts(560), Sample::Missing(Missing::Silence));
         for samples in [[missing; 2], [missing, there], [there, missing]] {
-            assert_eq!(command(samples), ActuatorCommand::OFF, "{samples:?}");
+            assert_eq!(command(samples), off, "{samples:?}");
         }
-        assert_ne!(command([there; 2]), ActuatorCommand::OFF);
+        assert_ne!(command([there; 2]), off);
     }
 }

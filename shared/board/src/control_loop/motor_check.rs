@@ -41,10 +41,10 @@
 mod pattern;
 mod response;
 
-use super::monitors::Violation;
 use super::pipeline::Demand;
 use armbridge_control::arm::{Parameters, Posture};
 use armbridge_link::message::Fault;
+use armbridge_link::record::Violation;
 use armbridge_servo::JOINTS;
 use nalgebra::Vector2;
 use pattern::Pattern;

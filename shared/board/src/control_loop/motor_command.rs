@@ -3,12 +3,12 @@
 //! Torque in N m at the joints, of which the friction compensation is a part; the command has
 //! the PWM, and the torque that is left after limits and rounding.
 
-use super::monitors::Violation;
 use super::pipeline::{ActuatorCommand, Demand};
 use super::{ControlLoop, LoopConfig};
 use armbridge_control::arm::State;
 use armbridge_control::trajectory::Reference;
 use armbridge_link::message::{Drive, Fault, Guards};
+use armbridge_link::record::Violation;
 use nalgebra::Vector2;
 
 impl ControlLoop {

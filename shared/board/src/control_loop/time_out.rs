@@ -13,8 +13,9 @@
 //! default a motion goes on to its end, ten minutes at most, and its end is held.
 
 use super::tick::TickStatus;
-use super::{ControlLoop, Fallback, LoopConfig, Permission, TickInput, Violation};
+use super::{ControlLoop, LoopConfig};
 use armbridge_link::message::{Drive, Fault};
+use armbridge_link::record::{Fallback, Permission, TickInput, Violation};
 
 impl ControlLoop {
     /// Checks the silence of the host: first hold, then torque off.
@@ -27,24 +28,23 @@ impl ControlLoop {
         if !status.is_armed() {
             return None;
         }
-        let silent_us = input.host_silent_us;
+        let silent_ms = input.host_silent_ms;
         let limits = config.limits();
-        let allowed_us = |ms: u16| u64::from(ms) * 1_000;
-        if silent_us > allowed_us(limits.silence_ms) {
+        if silent_ms > limits.silence_ms {
             status.trip(Violation {
-                value: silent_us as f32 * 1e-6,
+                value: f32::from(silent_ms) * 1e-3,
                 limit: f32::from(limits.silence_ms) * 1e-3,
                 ..Violation::plain(Fault::HostSilent)
             });
             return None;
         }
-        if silent_us <= allowed_us(limits.hold_ms) || !status.is_driven() {
+        if silent_ms <= limits.hold_ms || !status.is_driven() {
             return None;
         }
         match self.drive() {
             // The arm is held already.
             Drive::Regulate | Drive::Hold => None,
-            Drive::Track => Some(self.brake(input.acts_us)),
+            Drive::Track => Some(self.brake(input.acts_us())),
             Drive::Torque => {
                 status.permission = Permission::Armed;
                 Some(Fallback::Release)
@@ -64,11 +64,11 @@ impl ControlLoop {
         input: &TickInput,
         status: &mut TickStatus,
     ) -> Option<Fallback> {
-        if !status.is_driven() || !self.is_aged(config, input.acts_us) {
+        if !status.is_driven() || !self.is_aged(config, input.acts_us()) {
             return None;
         }
         if self.drive() == Drive::Track {
-            return Some(self.brake(input.acts_us));
+            return Some(self.brake(input.acts_us()));
         }
         status.permission = Permission::Armed;
         Some(Fallback::Release)

@@ -61,9 +61,9 @@
 //! # Example
 //!
 //! ```
-//! use armbridge_board::control_loop::Permission;
 //! use armbridge_board::supervisor::{Action, Event, State, Supervisor, next};
 //! use armbridge_link::message::Refusal;
+//! use armbridge_link::record::Permission;
 //!
 //! let mut supervisor = Supervisor::default();
 //! assert_eq!(supervisor.apply(Event::Arm), Err(Refusal::NotReady));
@@ -83,9 +83,9 @@ mod table;
 
 pub use table::{Action, Event, State, next};
 
-use crate::control_loop::Permission;
 use armbridge_control::check_word::decode;
 use armbridge_link::message::{Drive, Fault, Mode, Refusal, Trip};
+use armbridge_link::record::Permission;
 use table::STATES;
 
 /// The state, as an error-detecting code word, and the cause of a fault.
@@ -191,21 +191,6 @@ impl Supervisor {
             // A fault without a cause is a memory fault.
             State::Fault => Mode::Fault(self.trip.map_or(Fault::Corrupted, |trip| trip.fault)),
         }
-    }
-
-    /// Sets the state of a recorded tick.
-    pub fn resume(&mut self, mode: Mode, trip: Option<Trip>) {
-        let state = match mode {
-            Mode::Boot => State::Boot,
-            Mode::Idle => State::Idle,
-            Mode::MotorCheck => State::MotorCheck,
-            Mode::Armed => State::Armed,
-            Mode::Running(_) => State::Running,
-            Mode::Degraded(_) => State::Degraded,
-            Mode::Passthrough => State::Passthrough,
-            Mode::Fault(_) => State::Fault,
-        };
-        (self.word, self.trip) = (state.word(), trip);
     }
 
     /// Turns a bit of the word, for tests.

@@ -75,7 +75,8 @@ pub enum Action {
     SwitchOff,
     /// Motors that have to be off are commanded off again, and read back.
     Repeat,
-    /// The estimator restarts at rest at the angles of the arm, and the monitors restart.
+    /// Motors off with the next tick; the control loop has restarted estimator and monitors, see
+    /// [`ControlLoop::energise`](crate::control_loop::ControlLoop::energise).
     Energise,
     /// The reference brakes to rest.
     Hold,

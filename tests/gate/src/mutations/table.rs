@@ -71,8 +71,8 @@ pub(super) const MUTATIONS: &[Mutation] = &[
     Mutation {
         name: "silence of the host ignored",
         file: TIME_OUT,
-        find: "if silent_us > allowed_us(limits.silence_ms) {",
-        replacement: "if silent_us > allowed_us(u16::MAX) {",
+        find: "if silent_ms > limits.silence_ms {",
+        replacement: "if silent_ms > limits.silence_ms.saturating_add(60_000) {",
         judge: Campaign(SILENT_HOST),
     },
     Mutation {

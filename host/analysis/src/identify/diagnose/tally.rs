@@ -74,9 +74,9 @@ impl Tally {
             self.unrecorded += between as usize;
             self.ticks += 1;
             for (joint, joint_tally) in self.joints.iter_mut().enumerate() {
-                joint_tally.count_sample(record.samples[joint].counts());
-                let pwm = record.pwm_in_force[joint].abs_diff(1_000);
-                let torque = record.torque_nm[joint].abs();
+                joint_tally.count_sample(record.input.samples[joint].counts());
+                let pwm = record.input.pwm_in_force[joint].abs_diff(1_000);
+                let torque = record.output.torque_nm[joint].abs();
                 let is_at_limit =
                     pwm >= limits.pwm_counts || torque >= LIMIT_FRACTION * limits.torque_nm[joint];
                 joint_tally.at_limit += usize::from(is_at_limit);

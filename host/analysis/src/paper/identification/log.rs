@@ -75,12 +75,14 @@ pub fn experiments(
 
 /// Whether two ticks can belong to one experiment.
 fn is_same_experiment(a: &Record, b: &Record) -> bool {
-    b.tick == a.tick.wrapping_add(1) && a.pwm_in_force[0] == b.pwm_in_force[0] && kind(a) == kind(b)
+    b.tick == a.tick.wrapping_add(1)
+        && a.input.pwm_in_force[0] == b.input.pwm_in_force[0]
+        && kind(a) == kind(b)
 }
 
 fn kind(record: &Record) -> Option<ExperimentKind> {
-    let is_off = record.pwm_in_force[0] == Pwm::OFF.counts();
-    if record.guards != Guards::NONE {
+    let is_off = record.input.pwm_in_force[0] == Pwm::OFF.counts();
+    if record.output.guards != Guards::NONE {
         return None;
     }
     match record.mode.drive()? {
@@ -102,7 +104,7 @@ fn experiment(
     let period_s = f64::from(facts.period_us) * 1e-6;
     let angle = |record: &Record| {
         let range = END_COUNTS..=1023 - END_COUNTS;
-        let counts = record.samples[0].counts()?;
+        let counts = record.input.samples[0].counts()?;
         let on_track = range.contains(&counts);
         on_track.then(|| facts.angle_rad(0, counts))
     };
@@ -117,12 +119,12 @@ fn experiment(
     if !(long_enough && angles_rad.iter().flatten().next_back().is_some_and(moved)) {
         return Ok(None);
     }
-    let angles = during.iter().map(|record| record.angle_rad[1]);
+    let angles = during.iter().map(|record| record.output.angle_rad[1]);
     let angle_rad = angles.fold(0.0_f32, |a, b| if b.abs() > a.abs() { b } else { a });
     if angle_rad.abs() > STRAIGHT_RAD {
         return Err(NoExperiment::Bent { kind, angle_rad });
     }
-    let pwm = Pwm::saturating(during[0].pwm_in_force[0]);
+    let pwm = Pwm::saturating(during[0].input.pwm_in_force[0]);
     let commanded_nm = f64::from(facts.setup.joints[0].torque(pwm));
     Ok(Some(SampledExperiment {
         kind,

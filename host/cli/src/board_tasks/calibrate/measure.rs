@@ -133,7 +133,7 @@ impl Sampler {
     pub(super) fn take(&mut self, record: &Record) -> bool {
         if self.tick.replace(record.tick) != Some(record.tick) {
             self.ticks += 1;
-            for (counts, sample) in self.counts.iter_mut().zip(record.samples) {
+            for (counts, sample) in self.counts.iter_mut().zip(record.input.samples) {
                 counts.extend(sample.counts());
             }
         }
@@ -232,6 +232,7 @@ pub(super) fn direction(joint: usize, zero: &Pose, turned: &Pose) -> Result<Dire
 #[cfg(test)]
 mod tests {
     use super::*;
+    use armbridge_link::message::TickInput;
     use armbridge_link::message::{Missing, Mode, Sample};
     use rand_distr::{Distribution, StandardNormal};
     use rand_pcg::Pcg32;
@@ -240,7 +241,10 @@ mod tests {
         Record {
             tick,
             mode: Mode::Idle,
-            samples,
+            input: TickInput {
+                samples,
+                ..TickInput::AT_REST
+            },
             ..Record::NONE
         }
     }

@@ -240,7 +240,7 @@ impl<G: Guide> Calibrate<G> {
             && let Some(record) = view.session.status().record
         {
             self.show_us = view.now_us + SHOW_US;
-            let [first, second] = record.samples.map(|sample| {
+            let [first, second] = record.input.samples.map(|sample| {
                 let counts = sample.counts();
                 counts.map_or_else(|| "none".to_owned(), |counts| counts.to_string())
             });

@@ -106,7 +106,7 @@ impl Motor {
         let now_us = view.now_us;
         let count = status
             .record
-            .and_then(|record| record.samples[self.joint].counts());
+            .and_then(|record| record.input.samples[self.joint].counts());
         match (self.step, count) {
             (Step::Asking, _) => match guide.answer()?.as_deref().map(str::trim) {
                 None => {}

@@ -38,14 +38,14 @@ impl Default for Bus {
 impl Bus {
     /// Takes a tick.
     pub fn take(&mut self, record: &Record) {
-        for (joint, sample) in record.samples.into_iter().enumerate() {
+        for (joint, sample) in record.input.samples.into_iter().enumerate() {
             if let Sample::Missing(missing) = sample
                 && let Some(kind) = enum_names::MISSING.iter().position(|kind| *kind == missing)
             {
                 self.missing[joint][kind] += 1;
             }
         }
-        self.alarms = record.alarms;
+        self.alarms = record.input.alarms;
         let missed = record.timing.missed;
         // Ticks missed before the dashboard started do not count; after a
         // reset the board counts from 0.

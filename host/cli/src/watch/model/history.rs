@@ -49,16 +49,16 @@ pub struct History {
 impl History {
     /// Takes a tick.
     pub fn take(&mut self, record: &Record) {
-        let number = record.start_us / SLICE_US;
+        let number = record.input.start_us / SLICE_US;
         // The board has begun anew.
         if self.slices.back().is_some_and(|last| number < last.number) {
             self.slices.clear();
         }
         let is_driven = record.mode.drive().is_some();
         let joints = std::array::from_fn(|joint| Seen {
-            low: record.angle_rad[joint],
-            high: record.angle_rad[joint],
-            setpoint: is_driven.then_some(record.reference_rad[joint]),
+            low: record.output.angle_rad[joint],
+            high: record.output.angle_rad[joint],
+            setpoint: is_driven.then_some(record.output.reference_rad[joint]),
         });
         match self.slices.back_mut() {
             Some(last) if last.number == number => {

@@ -70,7 +70,7 @@ impl Model {
 
     /// The board's clock in s, carried on from the latest tick.
     pub fn board_s(&self) -> f64 {
-        let start_us = self.board.record.map_or(0, |record| record.start_us);
+        let start_us = self.board.record.map_or(0, |record| record.input.start_us);
         let since_ns = self.now_ns.saturating_sub(self.record_ns);
         start_us as f64 * 1e-6 + since_ns as f64 * 1e-9
     }

@@ -85,7 +85,7 @@ pub(super) fn state(model: &Model, is_observer: bool) -> Vec<Line<'static>> {
     let guards = model
         .board
         .record
-        .map(|record| enum_names::guards(record.guards));
+        .map(|record| enum_names::guards(record.output.guards));
     let guards = guards.filter(|guards| !guards.is_empty());
     let meaning = guards.map_or_else(
         || meaning.to_owned(),

@@ -54,17 +54,17 @@ fn estimate(model: &Model, joint: usize) -> [Line<'static>; 2] {
     let value = |text: String| Span::from(text).style(theme::strong());
     let mut first = vec![
         Span::from("angle "),
-        value(format!("{:+.4}", record.angle_rad[joint])),
+        value(format!("{:+.4}", record.output.angle_rad[joint])),
     ];
     // With the motors off nothing heeds it.
     if record.mode.drive().is_some() {
         first.push(Span::from("  setpoint "));
-        first.push(value(format!("{:+.4}", record.reference_rad[joint])));
+        first.push(value(format!("{:+.4}", record.output.reference_rad[joint])));
     }
     first.push(Span::from(" rad"));
     let mut second = vec![
         Span::from("speed "),
-        value(format!("{:+.3}", record.speed_rad_s[joint])),
+        value(format!("{:+.3}", record.output.speed_rad_s[joint])),
         Span::from(" rad/s  disturb "),
     ];
     // Not every estimator looks for it.
@@ -77,7 +77,10 @@ fn estimate(model: &Model, joint: usize) -> [Line<'static>; 2] {
             second.push(Span::from("not estim."));
         }
         Some(Config::Kalman(_)) | None => {
-            second.push(value(format!("{:+.3}", record.disturbance_nm[joint])));
+            second.push(value(format!(
+                "{:+.3}",
+                record.output.disturbance_nm[joint]
+            )));
             second.push(Span::from(" N m"));
         }
     }
@@ -103,7 +106,7 @@ impl Torque {
             now_nm: model
                 .board
                 .record
-                .map_or(0.0, |record| record.torque_nm[joint]),
+                .map_or(0.0, |record| record.output.torque_nm[joint]),
             limit_nm: limits.map_or(hard::TORQUE_NM, |limits| limits[joint]),
             is_assumed: limits.is_none(),
         }

@@ -6,6 +6,7 @@ use std::path::Path;
 use armbridge_client::event::Direction;
 use armbridge_link::frame::Encoder;
 use armbridge_link::message::{Drive, Mode, Record, Settings, ToHost};
+use armbridge_link::message::{TickInput, TickOutput};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
 use serde_json::Value;
@@ -67,17 +68,23 @@ fn record(folder: &Path, seed: u64, from_rad: f32) {
         let error_rad = from_rad * (tick as f32 * -1e-4).exp();
         let record = Record {
             tick,
-            start_us: u64::from(tick) * 1_000,
             mode: Mode::Running(Drive::Regulate),
-            angle_rad: [
-                error_rad + 0.002 * noise(),
-                0.5 * error_rad + 0.002 * noise(),
-            ],
-            torque_nm: [noise(), noise()],
+            input: TickInput {
+                start_us: u64::from(tick) * 1_000,
+                ..TickInput::AT_REST
+            },
+            output: TickOutput {
+                angle_rad: [
+                    error_rad + 0.002 * noise(),
+                    0.5 * error_rad + 0.002 * noise(),
+                ],
+                torque_nm: [noise(), noise()],
+                ..TickOutput::NONE
+            },
             ..Record::NONE
         };
         let frame = encoder.encode(&ToHost::Record(record)).1;
-        tap.bytes(Direction::ToHost, record.start_us * 1_000, frame);
+        tap.bytes(Direction::ToHost, record.input.start_us * 1_000, frame);
     }
     drop(tap);
     let report = recorder.finish().unwrap();

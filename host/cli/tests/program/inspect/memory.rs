@@ -8,6 +8,7 @@ use std::time::Duration;
 use armbridge_client::event::Direction;
 use armbridge_link::frame::Encoder;
 use armbridge_link::message::{Drive, Mode, Record, Sample, Settings, ToHost};
+use armbridge_link::message::{TickInput, TickOutput};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
 
@@ -33,13 +34,19 @@ fn record(path: &Path) {
         let swing = (tick as f32 * 7e-4).sin();
         let record = Record {
             tick,
-            start_us: u64::from(tick) * 1_000,
             mode: Mode::Running(Drive::Track),
-            samples: [Sample::Counts((512.0 + 90.0 * swing) as u16); 2],
-            angle_rad: [swing + 0.01 * noise(), 0.5 * swing + 0.01 * noise()],
-            speed_rad_s: [noise(), 3.0 * noise()],
-            torque_nm: [noise(), noise()],
-            pwm_in_force: [(1000.0 + 900.0 * noise()) as u16; 2],
+            input: TickInput {
+                start_us: u64::from(tick) * 1_000,
+                samples: [Sample::Counts((512.0 + 90.0 * swing) as u16); 2],
+                pwm_in_force: [(1000.0 + 900.0 * noise()) as u16; 2],
+                ..TickInput::AT_REST
+            },
+            output: TickOutput {
+                angle_rad: [swing + 0.01 * noise(), 0.5 * swing + 0.01 * noise()],
+                speed_rad_s: [noise(), 3.0 * noise()],
+                torque_nm: [noise(), noise()],
+                ..TickOutput::NONE
+            },
             ..Record::NONE
         };
         frames.extend_from_slice(encoder.encode(&ToHost::Record(record)).1);

@@ -33,7 +33,7 @@ fn stopping_needs_no_answer_and_arming_does() {
 
     // Regulating arms first; the arm stays where it is.
     assert_eq!(letter(&mut keys, 'r', &idle), []);
-    let here = Command::Regulate(idle.board.record.unwrap().angle_rad);
+    let here = Command::Regulate(idle.board.record.unwrap().output.angle_rad);
     let held = [
         Action::Request(Request::Arm),
         Action::Request(Request::Command(here)),

@@ -105,11 +105,10 @@ impl<I: Iterator<Item = Tick>> Pairs<I> {
         let share = ((time_s - before_s) / span_s) as f32;
         let between = |a: f32, b: f32| a + share * (b - a);
         let joints = |a: [f32; 2], b: [f32; 2]| std::array::from_fn(|j| between(a[j], b[j]));
-        Some(Record {
-            angle_rad: joints(before.angle_rad, next.angle_rad),
-            speed_rad_s: joints(before.speed_rad_s, next.speed_rad_s),
-            ..before
-        })
+        let mut between = before;
+        between.output.angle_rad = joints(before.output.angle_rad, next.output.angle_rad);
+        between.output.speed_rad_s = joints(before.output.speed_rad_s, next.output.speed_rad_s);
+        Some(between)
     }
 }
 
@@ -156,11 +155,11 @@ mod tests {
         ticks
             .map(|tick| {
                 let time_s = f64::from(tick * period_ms) * 1e-3;
-                let record = Record {
+                let mut record = Record {
                     tick,
-                    angle_rad: [time_s as f32, 0.0],
                     ..Record::NONE
                 };
+                record.output.angle_rad = [time_s as f32, 0.0];
                 (time_s, record)
             })
             .collect()
@@ -186,7 +185,9 @@ mod tests {
             let (all, unmatched) = compare(runs, periods);
             assert_eq!(all.len(), expected, "{periods:?}");
             for pair in &all {
-                let [a, b] = pair.records.map(|record| f64::from(record.angle_rad[0]));
+                let [a, b] = pair
+                    .records
+                    .map(|record| f64::from(record.output.angle_rad[0]));
                 assert!((a - b).abs() < 1e-6, "{periods:?}: {pair:?}");
                 assert!((a - pair.time_s).abs() < 1e-6 && pair.follows);
             }

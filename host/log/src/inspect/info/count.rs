@@ -58,7 +58,7 @@ impl EventCounts {
     /// From the first tick to the last, over resets.
     pub(super) fn duration_s(&self) -> f64 {
         let since_us = self.first.zip(self.last).map_or(0, |(first, last)| {
-            last.start_us.saturating_sub(first.start_us)
+            last.input.start_us.saturating_sub(first.input.start_us)
         });
         self.earlier_us.saturating_add(since_us) as f64 * 1e-6
     }
@@ -81,7 +81,9 @@ impl EventCounts {
     fn record(&mut self, host_ns: u64, record: Record) {
         self.ticks += 1;
         match self.last {
-            Some(last) if record.tick <= last.tick && record.start_us < last.start_us => {
+            Some(last)
+                if record.tick <= last.tick && record.input.start_us < last.input.start_us =>
+            {
                 self.earlier_us = (self.duration_s() * 1e6) as u64;
                 self.resets_s.push(self.duration_s());
                 self.first = Some(record);
@@ -90,9 +92,9 @@ impl EventCounts {
             Some(last) => self.add_interval(&last, &record),
             None => self.first = Some(record),
         }
-        self.clocks.add(host_ns, record.start_us);
+        self.clocks.add(host_ns, record.input.start_us);
         if enum_names::is_up(record.mode) {
-            for sample in record.samples {
+            for sample in record.input.samples {
                 if let Sample::Missing(kind) = sample {
                     *self
                         .missing_samples
@@ -120,7 +122,7 @@ impl EventCounts {
     }
 
     fn add_interval(&mut self, last: &Record, record: &Record) {
-        let us = record.start_us.saturating_sub(last.start_us);
+        let us = record.input.start_us.saturating_sub(last.input.start_us);
         let mode_us = self
             .modes_us
             .entry(enum_names::mode(last.mode))

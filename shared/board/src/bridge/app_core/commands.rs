@@ -3,13 +3,11 @@
 use super::{BusFacts, Core};
 use crate::bridge::command::ValidatedCommand;
 use crate::control_loop::limits::CHECK_PERIOD_MAX_US;
-use crate::control_loop::reference::{ReferenceSource, StartPoint, TimedTrajectory};
-use crate::control_loop::{ControlConfig, Instant};
+use crate::control_loop::reference::StartPoint;
+use crate::control_loop::{ControlConfig, DriveRequest, Instant};
 use crate::supervisor::{Event, State};
-use armbridge_control::trajectory::stream::Point;
-use armbridge_link::experiment::{Experiment, ExperimentEnd};
+use armbridge_link::experiment::ExperimentEnd;
 use armbridge_link::message::{Drive, Fault, Limits, Refusal};
-use armbridge_servo::JOINTS;
 
 impl Core {
     /// The present instant for the control loop.
@@ -49,15 +47,7 @@ impl Core {
                 Err(Refusal::NotOff)
             }
             ValidatedCommand::ClearFault => self.clear_fault(bus),
-            ValidatedCommand::Torque(torque_nm) => {
-                self.begin_drive()?;
-                self.control_loop.hold_torque(torque_nm, now.us);
-                Ok(())
-            }
-            ValidatedCommand::Regulate(angle_rad) => self.regulate(angle_rad),
-            ValidatedCommand::Follow(motion) => self.follow_motion(motion, now),
-            ValidatedCommand::Stream(point) => self.follow_point(point, now),
-            ValidatedCommand::Experiment(plan) => self.begin_experiment(plan),
+            ValidatedCommand::Drive(request) => self.drive_by(request, now),
             ValidatedCommand::Prepare if bus.is_prepared => self.supervisor.check(Event::Prepare),
             ValidatedCommand::Prepare => self.apply(Event::Prepare),
             ValidatedCommand::Release => self.apply(Event::Release),
@@ -68,27 +58,19 @@ impl Core {
         }
     }
 
-    // Functions of their own: each has a source or two of some 800 bytes in its frame, of which
-    // inlining makes a sum.
-
-    #[inline(never)]
-    fn regulate(&mut self, angle_rad: [f32; JOINTS]) -> Result<(), Refusal> {
-        let source = ReferenceSource::hold(angle_rad.into());
-        self.follow(Drive::Regulate, source)
-    }
-
-    #[inline(never)]
-    fn follow_motion(&mut self, motion: TimedTrajectory, now: Instant) -> Result<(), Refusal> {
+    /// Drives the arm as requested; ends an experiment that the request replaces.
+    fn drive_by(&mut self, request: DriveRequest, now: Instant) -> Result<(), Refusal> {
         self.supervisor.check(Event::Drive)?;
-        let source = self.control_loop.with_motion(motion, now)?;
-        self.follow(Drive::Track, source)
-    }
-
-    #[inline(never)]
-    fn follow_point(&mut self, point: Point<f32>, now: Instant) -> Result<(), Refusal> {
-        self.supervisor.check(Event::Drive)?;
-        let source = self.control_loop.with_point(point, now)?;
-        self.follow(Drive::Track, source)
+        let goes_on = matches!(
+            &request,
+            DriveRequest::Experiment(plan) if self.control_loop.is_running(plan, now.is_driven)
+        );
+        let is_experimenting = now.is_driven && self.drive() == Drive::Experiment;
+        self.control_loop.request(&self.config, request, now)?;
+        if is_experimenting && !goes_on {
+            self.conclude_experiment(ExperimentEnd::Replaced);
+        }
+        self.apply(Event::Drive)
     }
 
     /// Clears the fault; one of a temperature, if the servo has cooled.
@@ -124,27 +106,15 @@ impl Core {
         if is_check_due && self.config.period_us().get() > CHECK_PERIOD_MAX_US {
             return Err(Refusal::MotorsUnchecked);
         }
+        let was_idle = self.state() == State::Idle;
         self.apply(if is_check_due {
             Event::CheckMotors
         } else {
             Event::Arm
-        })
-    }
-
-    /// Begins to drive; ends an experiment that is under way.
-    fn begin_drive(&mut self) -> Result<(), Refusal> {
-        let was_driven = self.state().is_driven();
-        self.apply(Event::Drive)?;
-        self.replace_experiment(was_driven);
-        Ok(())
-    }
-
-    /// Follows a reference source.
-    #[inline(never)]
-    fn follow(&mut self, drive: Drive, source: ReferenceSource) -> Result<(), Refusal> {
-        let now = self.instant();
-        self.begin_drive()?;
-        self.control_loop.follow(&self.config, drive, source, now);
+        })?;
+        if was_idle {
+            self.control_loop.energise();
+        }
         Ok(())
     }
 
@@ -153,23 +123,6 @@ impl Core {
         if was_driven && self.control_loop.drive() == Drive::Experiment {
             self.conclude_experiment(ExperimentEnd::Replaced);
         }
-    }
-
-    #[inline(never)]
-    fn begin_experiment(&mut self, plan: Experiment) -> Result<(), Refusal> {
-        self.supervisor.check(Event::Drive)?;
-        let now = self.instant();
-        if self.control_loop.is_running(&plan, now.is_driven) {
-            return Ok(());
-        }
-        let source = self
-            .control_loop
-            .admit(&self.config, &plan, now)
-            .map_err(Refusal::Experiment)?;
-        self.begin_drive()?;
-        self.control_loop
-            .begin_experiment(&self.config, plan, source, now);
-        Ok(())
     }
 
     /// Replaces the set-up, without a step in the torque.
@@ -208,11 +161,12 @@ impl Core {
             // Never refused.
             let _ = self.apply(Event::Disarm);
         }
-        // Earlier estimates are in no log of this host.
-        self.control_loop.reset_estimate();
-        // After a fault the monitors know which servo may be deaf.
-        if self.state() != State::Fault {
-            self.control_loop.reset_monitors();
+        // Earlier estimates are in no log of this host. After a fault the monitors know which servo
+        // may be deaf.
+        if self.state() == State::Fault {
+            self.control_loop.reset_estimate();
+        } else {
+            self.control_loop.restart();
         }
     }
 }

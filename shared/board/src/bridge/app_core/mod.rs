@@ -10,7 +10,7 @@
 //! ```
 //!
 //! [`Core`] combines supervisor, control loop and configuration. Its outputs are the
-//! [`ActuatorCommand`] of each tick and a [`BusAction`] for the bus, a record and the
+//! PWM of each tick and a [`BusAction`] for the bus, a record and the
 //! `take` functions for the host. Boards run it, and so does the host's replay.
 //!
 //! # Contract
@@ -27,21 +27,22 @@
 //! |------------|---------------------------------------------------------|
 //! | `tick`     | beginning, decision and record of a tick                |
 //! | `commands` | commands of the host, accepted or refused               |
-//! | `resume`   | the state of a recorded tick, for replay                |
 //!
 //! Time is an input, in µs: [`Core::set_time`].
 
 mod commands;
-mod resume;
 mod tick;
 
-use crate::control_loop::{ActuatorCommand, ControlLoop, LoopConfig, Violation};
+use crate::control_loop::{ControlLoop, LoopConfig};
 use crate::flow_token::FlowToken;
 use crate::supervisor::{Action, Event, State, Supervisor};
 use armbridge_link::experiment::Conclusion;
 use armbridge_link::message::{Drive, Fault, Missing, Mode, Moment, Refusal, Sample, Timing, Trip};
-use armbridge_servo::Alarms;
-use armbridge_servo::JOINTS;
+use armbridge_link::record::Violation;
+use armbridge_servo::{Alarms, JOINTS, Pwm};
+
+/// Motors off.
+const OFF: [Pwm; JOINTS] = [Pwm::OFF; JOINTS];
 
 /// Action of a transition on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,8 +117,11 @@ pub struct Core {
     control_loop: ControlLoop,
     config: LoopConfig,
     integrity: IntegrityCheck,
-    in_force: ActuatorCommand,
-    next: ActuatorCommand,
+    /// PWM in force, and that of the next tick.
+    in_force: [Pwm; JOINTS],
+    next: [Pwm; JOINTS],
+    /// Whether the next tick is the first since bring-up.
+    is_first: bool,
     /// Planned beginning of the next tick, in µs.
     next_start_us: u64,
     now_us: u64,
@@ -154,8 +158,9 @@ impl Core {
             control_loop: ControlLoop::new(&config),
             config,
             integrity: IntegrityCheck::default(),
-            in_force: ActuatorCommand::OFF,
-            next: ActuatorCommand::OFF,
+            in_force: OFF,
+            next: OFF,
+            is_first: false,
             next_start_us: now_us,
             now_us,
             host_frame_us: now_us,
@@ -238,6 +243,7 @@ impl Core {
             tick: self.tick,
             is_decided: self.decided == self.tick,
             at_us: self.now_us,
+            mode: self.mode(),
         }
     }
 
@@ -338,8 +344,8 @@ impl Core {
     fn perform(&mut self, action: Action) {
         let bus_action = match action {
             Action::Keep | Action::Hold => return,
-            Action::SwitchOff => {
-                self.next = ActuatorCommand::OFF;
+            Action::SwitchOff | Action::Energise => {
+                self.next = OFF;
                 return;
             }
             Action::Repeat => {
@@ -347,15 +353,8 @@ impl Core {
                 self.bus_action.get_or_insert(BusAction::RepeatOff);
                 return;
             }
-            Action::Energise => {
-                self.next = ActuatorCommand::OFF;
-                self.control_loop.reset_command(self.now_us);
-                self.control_loop.restart_monitors();
-                self.control_loop.reset_estimate();
-                return;
-            }
             Action::Halt => {
-                self.next = ActuatorCommand::OFF;
+                self.next = OFF;
                 BusAction::Halt
             }
             Action::Search => BusAction::Search,

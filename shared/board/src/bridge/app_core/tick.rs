@@ -1,16 +1,14 @@
 //! A tick of the core: its beginning, its decision when the samples are in, its record.
 
-use super::{Core, TickSamples};
+use super::{Core, OFF, TickSamples};
+use crate::control_loop::CHECK_US;
 use crate::control_loop::limits::LATE_MAX_US;
-use crate::control_loop::{
-    ActuatorCommand, CHECK_US, Fallback, Permission, TickInput, TickOutput, Violation,
-};
 use crate::flow_token::Machine;
 use crate::supervisor::{Event, State};
 use armbridge_link::experiment::{Conclusion, ExperimentEnd};
 use armbridge_link::message::{Fault, Record, Timing};
-use armbridge_servo::Alarms;
-use armbridge_servo::Pwm;
+use armbridge_link::record::{Fallback, Permission, TickInput, TickOutput, Violation};
+use armbridge_servo::{Alarms, JOINTS, Pwm};
 
 impl Core {
     /// Whether the tick may feed the watchdog: it began in time, and passed every state
@@ -27,7 +25,7 @@ impl Core {
 
     /// Begins a tick with at least the period that the bus allows: puts the last
     /// decided command in force, and plans the next tick.
-    pub fn begin_tick(&mut self, least_period_us: u32) -> ActuatorCommand {
+    pub fn begin_tick(&mut self, least_period_us: u32) -> [Pwm; JOINTS] {
         let period_us = u64::from(self.period_us(least_period_us));
         let late_us = self.now_us.saturating_sub(self.next_start_us);
         let missed = if late_us < period_us {
@@ -52,7 +50,7 @@ impl Core {
             self.supervisor.permission(),
             Permission::MotorCheck | Permission::Drive
         ) {
-            self.next = ActuatorCommand::OFF;
+            self.next = OFF;
         }
         self.in_force = self.next;
         self.tick = self.tick.wrapping_add(1);
@@ -79,21 +77,31 @@ impl Core {
         record: &mut Record,
     ) {
         self.timing.bus_us = sampled.bus_us;
-        let input = TickInput {
-            samples: sampled.samples,
-            alarms: sampled.alarms,
-            in_force: self.in_force,
-            acts_us: self.next_start_us,
+        // The processor divides 32 bits in hardware.
+        let silent_us = self.now_us.saturating_sub(self.host_frame_us);
+        let silent_us = u32::try_from(silent_us).unwrap_or(u32::MAX);
+        record.tick = self.tick;
+        record.timing = self.timing;
+        record.input = TickInput {
+            start_us: self.start_us,
+            lead_us: self.next_start_us.saturating_sub(self.start_us) as u32,
             permission: self.supervisor.permission(),
-            host_silent_us: self.now_us.saturating_sub(self.host_frame_us),
+            is_first: core::mem::take(&mut self.is_first),
             is_config_intact,
-            token: sampled.token,
+            host_silent_ms: u16::try_from(silent_us.div_ceil(1_000)).unwrap_or(u16::MAX),
+            samples: sampled.samples,
+            alarms: sampled.alarms.map(Alarms::bits),
+            pwm_in_force: self.in_force.map(Pwm::counts),
         };
-        let output = self.control_loop.step(&self.config, &input);
-        self.apply_output(&output);
-        self.next = output.command;
+        let mut token = sampled.token;
+        record.output = self
+            .control_loop
+            .step(&self.config, &record.input, &mut token);
+        self.apply_output(&record.output);
+        self.token = token.stamp(Machine::Supervisor);
+        self.next = self.control_loop.pwm();
         self.decided = self.tick;
-        self.record(&input, &output, record);
+        record.mode = self.mode();
     }
 
     /// Passes the outputs of a tick to the supervisor.
@@ -104,51 +112,36 @@ impl Core {
             (State::Degraded, true) => Some(Event::SamplesBack),
             _ => None,
         };
-        let fallback = output.fallback.map(|fallback| match fallback {
+        if let Some(sample) = samples {
+            // Never refused.
+            let _ = self.apply(sample);
+        }
+        let Some(events) = output.events else {
+            return;
+        };
+        let fallback = events.fallback.map(|fallback| match fallback {
             Fallback::Brake => Event::Brake,
             Fallback::Release => Event::ZeroTorque,
         });
         self.are_motors_checked |=
-            output.are_motors_checked && self.control_loop.is_motor_check_conclusive();
-        let checked = output.are_motors_checked.then_some(Event::MotorsChecked);
-        for event in [samples, fallback, checked].into_iter().flatten() {
+            events.are_motors_checked && self.control_loop.is_motor_check_conclusive();
+        let checked = events.are_motors_checked.then_some(Event::MotorsChecked);
+        for event in [fallback, checked].into_iter().flatten() {
             // Never refused.
             let _ = self.apply(event);
         }
-        if let Some(end) = output.experiment_end {
+        if let Some(end) = events.experiment_end {
             self.conclude_experiment(end);
         }
-        if let Some(violation) = output.fault {
+        if let Some(violation) = events.fault {
             self.trip(violation);
         }
-        self.token = output.token.stamp(Machine::Supervisor);
     }
 
     /// Notes the end of an experiment for the host.
     pub(super) fn conclude_experiment(&mut self, end: ExperimentEnd) {
         let tick = self.tick;
         self.conclusion = Some(Conclusion { tick, end });
-    }
-
-    fn record(&self, input: &TickInput, output: &TickOutput, record: &mut Record) {
-        *record = Record {
-            tick: self.tick,
-            start_us: self.start_us,
-            mode: self.mode(),
-            guards: output.guards,
-            samples: input.samples,
-            alarms: input.alarms.map(Alarms::bits),
-            pwm_in_force: input.in_force.pwm.map(Pwm::counts),
-            pwm_next: output.command.pwm.map(Pwm::counts),
-            reference_rad: output.reference.q.into(),
-            reference_speed_rad_s: output.reference.dq.into(),
-            angle_rad: output.estimate.q.into(),
-            speed_rad_s: output.estimate.dq.into(),
-            torque_nm: output.command.torque_nm.into(),
-            disturbance_nm: output.disturbance_nm,
-            timing: self.timing,
-            dropped: record.dropped,
-        };
     }
 
     /// Compares sections of the configuration with their check words, in turn, while
@@ -174,8 +167,8 @@ impl Core {
     /// Begins ticks now: the servos have been found and set up.
     pub fn begin_ticking(&mut self) {
         self.next_start_us = self.now_us;
-        self.control_loop.reset_monitors();
-        self.control_loop.reset_estimate();
+        self.control_loop.restart();
+        self.is_first = true;
         self.overruns_in_row = 0;
         self.are_motors_checked = false;
         // Never refused.

@@ -5,11 +5,11 @@
 //! estimator predicts through shorter dropouts.
 
 use super::debounce::ticks;
-use super::violation::Violation;
 use armbridge_control::check_word::checked;
 use armbridge_link::limits::Limits;
 use armbridge_link::message::Missing;
 use armbridge_link::mode::Fault;
+use armbridge_link::record::Violation;
 use armbridge_servo::JOINTS;
 
 /// Least number of consecutive ticks without a sample, at any period: on a line that

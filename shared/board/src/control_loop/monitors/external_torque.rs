@@ -19,9 +19,9 @@
 //! under a drift, friction takes 0.06 N m of that.
 
 use super::debounce::{Debounce, ticks};
-use super::violation::Violation;
 use armbridge_control::check_word::checked;
 use armbridge_link::mode::Fault;
+use armbridge_link::record::Violation;
 
 /// Time constant T of the observer in µs: ten times as slow as the loop.
 const FILTER_US: f32 = 500_000.0;

@@ -2,10 +2,10 @@
 //! about its middle, and their distance from the estimator's prediction.
 
 use super::debounce::Debounce;
-use super::violation::Violation;
 use armbridge_control::actuator::{COUNTS_FROM_MIDDLE, Joint, MIDDLE_COUNT};
 use armbridge_link::limits::{Limits, hard};
 use armbridge_link::mode::Fault;
+use armbridge_link::record::Violation;
 
 /// Consecutive samples in the gap. One may be damage that its checksum did not detect:
 /// one in 256 is not detected.

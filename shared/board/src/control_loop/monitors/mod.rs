@@ -28,7 +28,6 @@
 //! | `soft_stop`  | bounds of the torque within which the arm stays inside      |
 //! | `torque`     | torque within all limits; braked or limited for too long    |
 //! | `debounce`   | times as numbers of ticks, ticks in a row                   |
-//! | `violation`  | the finding of a monitor                                    |
 
 mod debounce;
 mod dropout;
@@ -42,7 +41,6 @@ mod stall;
 #[cfg(test)]
 mod tests;
 mod torque;
-mod violation;
 
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::{Parameters, State};
@@ -62,9 +60,9 @@ use soft_stop::SoftStop;
 use stall::{Stall, StallConfig};
 use torque::{LimitedTorque, TorqueConfig, TorqueLimiter};
 
+use armbridge_link::record::Violation;
 pub(super) use debounce::Debounce;
 pub(super) use external_torque::JointBalance;
-pub use violation::Violation;
 
 /// Samples in a row with an alarm. One may be damage that its checksum did not detect: one in
 /// 256 is not detected. A servo that has switched torque off repeats its alarm.

@@ -1,8 +1,8 @@
 //! Motion monitor: angle and speed of one joint.
 
 use super::debounce::{Debounce, ticks};
-use super::violation::Violation;
 use armbridge_link::mode::Fault;
+use armbridge_link::record::Violation;
 
 /// Time in µs, and ticks, for which a joint must be too fast: the speed is an estimate,
 /// and noise disappears with the next samples.

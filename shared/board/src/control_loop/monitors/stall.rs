@@ -6,10 +6,10 @@
 //! mean over some samples is compared.
 
 use super::debounce::{Debounce, ticks};
-use super::violation::Violation;
 use armbridge_control::check_word::checked;
 use armbridge_link::limits::Limits;
 use armbridge_link::mode::Fault;
+use armbridge_link::record::Violation;
 
 /// Time in µs, and ticks, for which a joint must be driven without motion. By then even
 /// 0.4 N m turn the paper's arm by 20 counts; one that such a torque turns round

@@ -6,10 +6,10 @@
 
 use super::debounce::{Debounce, ticks};
 use super::soft_stop::Bounds;
-use super::violation::Violation;
 use armbridge_control::check_word::checked;
 use armbridge_link::limits::Limits;
 use armbridge_link::mode::{Fault, Guards};
+use armbridge_link::record::Violation;
 use armbridge_servo::JOINTS;
 use nalgebra::Vector2;
 

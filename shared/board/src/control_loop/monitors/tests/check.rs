@@ -1,11 +1,12 @@
 //! Every monitor is fed, and only while it should be.
 
 use super::Fixture;
-use crate::control_loop::monitors::{MonitorInput, Violation};
+use crate::control_loop::monitors::MonitorInput;
 use armbridge_control::arm::State;
 use armbridge_link::limits::Limits;
 use armbridge_link::message::Missing;
 use armbridge_link::mode::Fault;
+use armbridge_link::record::Violation;
 use nalgebra::Vector2;
 
 /// A standing arm, seen.

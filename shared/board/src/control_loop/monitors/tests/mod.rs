@@ -5,10 +5,11 @@ mod limit;
 mod plant;
 mod soft_stop;
 
-use super::{LimitedTorque, MonitorConfig, MonitorInput, Monitors, Violation};
+use super::{LimitedTorque, MonitorConfig, MonitorInput, Monitors};
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::{Parameters, State};
 use armbridge_link::limits::Limits;
+use armbridge_link::record::Violation;
 use nalgebra::Vector2;
 
 /// Monitors with their numbers.
