@@ -205,6 +205,11 @@ const READERS: [(&str, Read); 6] = [
         if let Ok(report) = replayed.and_then(|()| replayer.finish()) {
             report.text();
         }
+        if let Ok(Some(state)) = reader.go_to_snapshot(u64::MAX)
+            && let Ok(Some(mut replayer)) = Replayer::resume(&state, Changes::default())
+        {
+            let _ = reader.try_for_each(|event| replayer.take(&event));
+        }
         if let Ok(raw) = reader.raw() {
             raw.for_each(drop);
         }

@@ -60,6 +60,7 @@ mod records;
 pub mod replay;
 pub mod run_info;
 pub mod simulation;
+mod snapshots;
 mod statistics;
 pub mod summary;
 mod telemetry;

@@ -7,6 +7,7 @@
 //! | limit              | longest of the recorder's own                         |
 //! |--------------------|-------------------------------------------------------|
 //! | [`RECORD_BYTES`]   | an attachment of 32 MiB, all of a full queue; chunks are closed at 1 MiB |
+//! | [`SNAPSHOT_BYTES`] | a state of 2 kB                                       |
 //! | [`MESSAGE_BYTES`]  | the settings: 4 kB                                    |
 //! | [`METADATA_BYTES`] | the settings: 3 kB                                     |
 //! | [`METADATA_NAMES`] | 6                                                     |
@@ -14,6 +15,9 @@
 
 /// Longest chunk or attachment that is read: 64 MiB.
 pub(super) const RECORD_BYTES: u64 = 64 << 20;
+
+/// Longest snapshot of a replay that is read: commands without an answer are part of it.
+pub(super) const SNAPSHOT_BYTES: u64 = 1 << 20;
 
 /// Longest message that is decoded. Two bytes of a list in a message take a hundred in memory.
 pub(super) const MESSAGE_BYTES: usize = 256 << 10;

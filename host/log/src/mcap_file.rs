@@ -14,8 +14,8 @@ use mcap::records::{AttachmentHeader, MessageHeader, Metadata};
 
 use super::fsync_thread::{SyncFn, Syncer};
 use super::message_encoder::Message;
-use super::raw_link_bytes;
 use super::topics::Topic;
+use super::{raw_link_bytes, snapshots};
 
 /// Size at which a chunk is closed, unless it was flushed before.
 const CHUNK: u64 = 1 << 20;
@@ -126,16 +126,33 @@ impl LogFile {
     }
 
     /// Appends bytes of the link, as an attachment.
-    pub(super) fn attach(&mut self, at_ns: u64, framed: &[u8]) -> McapResult<()> {
+    pub(super) fn attach_raw(&mut self, at_ns: u64, framed: &[u8]) -> McapResult<()> {
         self.attachments += 1;
+        let name = format!("link-{:06}.bin", self.attachments);
+        self.attach(at_ns, name, raw_link_bytes::MEDIA_TYPE, framed)
+    }
+
+    /// Appends the state of a replay up to here, as an attachment.
+    pub(super) fn attach_snapshot(&mut self, at_ns: u64, state: &[u8]) -> McapResult<()> {
+        let (name, media_type) = (snapshots::NAME, snapshots::MEDIA_TYPE);
+        self.attach(at_ns, name.into(), media_type, state)
+    }
+
+    fn attach(
+        &mut self,
+        at_ns: u64,
+        name: String,
+        media_type: &str,
+        bytes: &[u8],
+    ) -> McapResult<()> {
         let header = AttachmentHeader {
             log_time: at_ns,
             create_time: at_ns,
-            name: format!("link-{:06}.bin", self.attachments),
-            media_type: raw_link_bytes::MEDIA_TYPE.into(),
+            name,
+            media_type: media_type.into(),
         };
-        self.writer.start_attachment(framed.len() as u64, header)?;
-        self.writer.put_attachment_bytes(framed)?;
+        self.writer.start_attachment(bytes.len() as u64, header)?;
+        self.writer.put_attachment_bytes(bytes)?;
         self.writer.finish_attachment()
     }
 

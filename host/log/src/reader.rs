@@ -22,6 +22,7 @@ use super::log_path::find;
 use super::recorded_metadata::{self, MetadataByName, RecordedMetadata};
 use super::records::{Next, Records, TooLong, parse, split};
 use super::simulation::{Push, TrueState};
+use super::snapshots::{self, Snapshot};
 use super::topics::Topic;
 use super::{metadata, raw_link_bytes};
 use crate::run_info::RunFacts;
@@ -207,6 +208,37 @@ impl Reader {
     /// empty for an intact one.
     pub fn damage(&self) -> &[String] {
         &self.damage
+    }
+
+    /// Goes to the last snapshot of a tick that began by this time on the board's clock, in µs, so
+    /// that the events after it follow, and returns the state. `None` if there is none; the reader
+    /// stays where it is.
+    ///
+    /// # Errors
+    /// When the file can no longer be read.
+    pub fn go_to_snapshot(&mut self, until_us: u64) -> Result<Option<Vec<u8>>, ReadError> {
+        let found = snapshots::find(&self.path, until_us).and_then(|found| {
+            found.map_or(Ok(None), |Snapshot { state, end }| {
+                self.records.go_to(end).map(|()| Some(state))
+            })
+        });
+        let state = found.map_err(|error| ReadError {
+            path: self.path.clone(),
+            why: error.to_string(),
+        })?;
+        if state.is_some() {
+            self.chunk.clear();
+            self.at = 0;
+        }
+        Ok(state)
+    }
+
+    /// The build that wrote the log, if its link has another schema than this build's.
+    pub fn other_build(&self) -> Option<String> {
+        let build = self.metadata.get(metadata::BUILD);
+        let build = build.filter(|_| !self.is_same_schema)?;
+        let known = |key: &str| build.get(key).map_or("unknown", String::as_str);
+        Some(format!("{}, commit {}", known("version"), known("git")))
     }
 
     /// Events decoded from the raw bytes in the log.

@@ -51,9 +51,14 @@ pub(super) enum Next {
 impl Records {
     /// Opens a file; `None` if it is not MCAP.
     pub(super) fn open(path: &Path) -> io::Result<Option<Self>> {
+        Self::open_for_scan(path, 1 << 16)
+    }
+
+    /// The same, with so many bytes read at once: few, where most records are skipped.
+    pub(super) fn open_for_scan(path: &Path, at_once: usize) -> io::Result<Option<Self>> {
         let file = File::open(path)?;
         let len = file.metadata()?.len();
-        let mut file = BufReader::with_capacity(1 << 16, file);
+        let mut file = BufReader::with_capacity(at_once, file);
         let mut magic = [0; MAGIC.len()];
         match file.read_exact(&mut magic) {
             Ok(()) if magic == MAGIC => Ok(Some(Self {
@@ -121,11 +126,42 @@ impl Records {
         Ok(Ok(()))
     }
 
+    /// Appends at most the first `most` unread bytes of the present record.
+    pub(super) fn read_begin(&mut self, most: usize, into: &mut Vec<u8>) -> io::Result<()> {
+        let count = self.left.min(most as u64);
+        let from = into.len();
+        into.resize(from + count as usize, 0);
+        self.file
+            .read_exact(into.get_mut(from..).unwrap_or_default())?;
+        self.at += count;
+        self.left -= count;
+        Ok(())
+    }
+
+    /// Appends the unread bytes of the present record; `false` if they are more than `most`.
+    pub(super) fn read_rest(&mut self, most: u64, into: &mut Vec<u8>) -> io::Result<bool> {
+        let is_read = self.left <= most;
+        if is_read {
+            self.read_begin(self.left as usize, into)?;
+        }
+        Ok(is_read)
+    }
+
+    /// The byte of the file that is read next.
+    pub(super) fn at(&self) -> u64 {
+        self.at
+    }
+
     /// Returns to the first record.
     pub(super) fn rewind(&mut self) -> io::Result<()> {
-        self.at = MAGIC.len() as u64;
+        self.go_to(MAGIC.len() as u64)
+    }
+
+    /// Goes to this byte of the file, at which a record begins.
+    pub(super) fn go_to(&mut self, at: u64) -> io::Result<()> {
+        self.at = at;
         self.left = 0;
-        self.file.seek(SeekFrom::Start(self.at))?;
+        self.file.seek(SeekFrom::Start(at))?;
         Ok(())
     }
 }

@@ -13,6 +13,7 @@ use mcap::{McapError, McapResult};
 use super::mcap_file::LogFile;
 use super::message_encoder::Encoder;
 use super::queue::{Drained, Queue};
+use super::replay::LiveReplay;
 use super::{metadata, raw_link_bytes};
 use crate::run_info::RunFacts;
 
@@ -74,6 +75,7 @@ pub(super) struct LogWriter {
     shared: Arc<Shared>,
     decoder: LinkDecoder,
     encoder: Encoder,
+    replay: LiveReplay,
     raw: Vec<u8>,
     latest_ns: u64,
     /// Received and missing ticks, in the flushed data.
@@ -103,6 +105,7 @@ impl LogWriter {
             shared,
             decoder: LinkDecoder::default(),
             encoder: Encoder::default(),
+            replay: LiveReplay::default(),
             raw: Vec::new(),
             latest_ns: 0,
             flushed_ticks: (0, 0),
@@ -187,6 +190,10 @@ impl LogWriter {
     fn write_event(&mut self, file: &mut LogFile, event: &Event) -> McapResult<()> {
         self.encoder
             .event(event, &mut |message| file.message(message))?;
+        if let Some(state) = self.replay.take(event) {
+            self.flush(file)?;
+            file.attach_snapshot(event.host_ns, &state)?;
+        }
         match event.kind {
             EventKind::Received(_, ToHost::Board(report)) if self.board != Some(report) => {
                 self.board = Some(report);
@@ -219,7 +226,7 @@ impl LogWriter {
     /// Closes the chunk, and writes the raw bytes of its contents.
     fn flush(&mut self, file: &mut LogFile) -> McapResult<()> {
         if !self.raw.is_empty() {
-            file.attach(self.latest_ns, &self.raw)?;
+            file.attach_raw(self.latest_ns, &self.raw)?;
             self.raw.clear();
         }
         file.flush()?;

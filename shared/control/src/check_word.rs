@@ -22,6 +22,7 @@ const PRIME: u32 = 0x0100_0193;
 
 /// A sum over words, see the [module](self).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct CheckWord(u32);
 
 impl CheckWord {

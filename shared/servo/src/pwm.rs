@@ -2,6 +2,7 @@
 
 /// A PWM command for a Morpheus servo, 0..=2000.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pwm(u16);
 
 impl Pwm {

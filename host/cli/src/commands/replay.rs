@@ -21,6 +21,7 @@ Examples:
   armbridge replay
   armbridge replay runs/2026-01-31T12-00-00Z-demo
   armbridge replay board.mcap --json
+  armbridge replay --from 12.5
   armbridge replay --with gains.toml
   armbridge replay --set controller.q=40,40,1,1 --set limits.torque_nm=1,1
 
@@ -42,6 +43,10 @@ pub(crate) struct ReplayArgs {
     /// Set one parameter for the replay; may be repeated.
     #[arg(long, value_name = "KEY=VALUE", value_parser = params::pair)]
     pub(crate) set: Vec<(String, Value)>,
+    /// Begin at this time on the board's clock, in s: `time_s` of a log. A replay begins at the
+    /// snapshot before it, of which a log has one each second.
+    #[arg(long, value_name = "S")]
+    pub(crate) from: Option<f64>,
     /// Print one JSON object instead of the text.
     #[arg(long)]
     pub(crate) json: bool,
@@ -63,8 +68,19 @@ pub(crate) fn run(args: &ReplayArgs) -> Outcome {
     let path = log::find(args.log.as_deref())?;
     let changes = Changes::new(table(args.with.as_deref())?, args.set.clone());
     let mut reader = Reader::open(&path)?;
+    if let Some(build) = reader.other_build() {
+        let path = path.display();
+        return Err(format!(
+            "{path} was written by version {build}; its ticks can be replayed with that version \
+             only"
+        )
+        .into());
+    }
     let begun = Instant::now();
-    let mut player = Replayer::new(changes)?;
+    let mut player = match args.from {
+        Some(from_s) => player_from(&mut reader, from_s, changes)?,
+        None => Replayer::new(changes)?,
+    };
     for event in &mut reader {
         player.take(&event)?;
     }
@@ -99,6 +115,26 @@ pub(crate) fn run(args: &ReplayArgs) -> Outcome {
         Verdict::Differs => Ok(ExitCode::FAILURE),
         Verdict::Nothing => Err(nothing(&path, &report).into()),
     }
+}
+
+/// A player of the ticks from this time on.
+fn player_from(
+    reader: &mut Reader,
+    from_s: f64,
+    changes: Changes,
+) -> Result<Replayer, Box<dyn std::error::Error>> {
+    let path = reader.path().display().to_string();
+    if !(from_s >= 0.0 && from_s.is_finite()) {
+        return Err(format!("--from {from_s}: it is a time in s, 0 or later").into());
+    }
+    let state = reader.go_to_snapshot((from_s * 1e6) as u64)?;
+    let state = state.ok_or_else(|| {
+        format!("{path} has no snapshot before {from_s} s; replay it from the beginning")
+    })?;
+    Replayer::resume(&state, changes)?.ok_or_else(|| {
+        let why = "another build wrote its snapshots; replay it from the beginning";
+        format!("{path}: {why}").into()
+    })
 }
 
 /// Why nothing was compared.

@@ -204,6 +204,33 @@ fn a_log_is_printed_or_has_the_ending_of_its_format() {
 }
 
 #[test]
+fn a_replay_begins_at_the_snapshot_before_a_time() {
+    let program = Program::new("output-from");
+    program.prints(&["run", "demo", "--quiet"]);
+    let replay = |from: &[&str]| -> Value {
+        let arguments = [&["replay", "--json"], from].concat();
+        serde_json::from_str(&program.prints(&arguments)).unwrap()
+    };
+    let whole = replay(&[]);
+    assert_eq!(whole["verdict"], "equal");
+    let last_s = whole["span_s"].as_f64().unwrap();
+    for from_s in [2.5, last_s - 0.5] {
+        let part = replay(&["--from", &from_s.to_string()]);
+        assert_eq!(part["verdict"], "equal", "{part}");
+        // The whole has ticks of bring-up before the first second, and none is left out.
+        let records = part["records"].as_f64().unwrap();
+        let expected = 1_000.0 * (last_s - from_s);
+        assert!((expected..expected + 1_200.0).contains(&records), "{part}");
+        assert_eq!(part["compared"], part["records"], "{part}");
+    }
+    program.refuses(
+        &["replay", "--from", "0.01"],
+        &["no snapshot before 0.01 s"],
+    );
+    program.refuses(&["replay", "--from", "-1"], &["0 or later"]);
+}
+
+#[test]
 fn the_newest_run_is_the_latest_and_not_the_last_by_name() {
     let program = Program::new("output-newest");
     let log = |program: &Program| -> PathBuf {

@@ -31,6 +31,22 @@ impl Board {
         })
     }
 
+    /// A board in this state, with these settings.
+    ///
+    /// # Errors
+    /// A [`Refusal`] if no controller exists for the set-up.
+    pub(super) fn resume(control_loop: ControlLoop, settings: &Settings) -> Result<Self, Refusal> {
+        Ok(Self {
+            control_loop,
+            config: LoopConfig::build(settings)?,
+        })
+    }
+
+    /// Its control loop.
+    pub(super) fn control_loop(&self) -> &ControlLoop {
+        &self.control_loop
+    }
+
     /// A hello, received in this mode.
     pub(super) fn begin_session(&mut self, mode: Mode) {
         match mode {

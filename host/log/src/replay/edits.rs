@@ -7,9 +7,10 @@
 use std::collections::VecDeque;
 
 use armbridge_link::message::{Moment, Refusal, Settings};
+use serde::{Deserialize, Serialize};
 
 /// A change, or a refusal of one.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 #[expect(clippy::large_enum_variant, reason = "few wait at a time")]
 pub(super) enum Edit {
     /// A command was accepted or refused.
@@ -37,6 +38,11 @@ impl Edits {
             self.0.pop_front();
         }
         self.0.push_back((moment, edit));
+    }
+
+    /// Those that wait, in order.
+    pub(super) fn all(&self) -> Vec<(Moment, Edit)> {
+        self.0.iter().copied().collect()
     }
 
     pub(super) fn clear(&mut self) {

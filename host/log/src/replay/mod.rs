@@ -20,6 +20,7 @@
 //! |-----------|---------------------------------------------------------------|
 //! | `replayer` | events in, ticks out; state of the knowledge about the board |
 //! | `board`   | the control loop of the board                                 |
+//! | `live`    | replay beside a recorder, and its snapshots                   |
 //! | `edits`   | edits between ticks, and their places in the order            |
 //! | `compare` | outputs, field by field                                       |
 //! | `report`  | result of a replay                                            |
@@ -28,12 +29,14 @@
 mod board;
 mod compare;
 mod edits;
+mod live;
 mod loss;
 mod replayer;
 mod report;
 mod what_if;
 
 pub use compare::Difference;
+pub(super) use live::LiveReplay;
 pub use replayer::{ReplayError, Replayer};
 pub use report::{Report, Skipped, Verdict};
 pub use what_if::{ChangeError, Changes, JointChange, WhatIf};

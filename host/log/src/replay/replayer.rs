@@ -2,6 +2,7 @@
 //! known.
 
 mod answers;
+mod state;
 
 use std::collections::{BTreeMap, HashMap};
 

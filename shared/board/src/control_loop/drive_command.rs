@@ -32,12 +32,14 @@ pub enum DriveRequest {
 
 /// See the [module](self).
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct DriveCommand {
     words: Words,
     check: CheckWord,
 }
 
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 struct Words {
     drive: u32,
     torque_nm: [f32; JOINTS],

@@ -121,6 +121,7 @@ fn switches_off(alarms: u8) -> bool {
 
 /// The state of the control loop, see the [module](self).
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct ControlLoop {
     estimate: Estimate<f32>,
     /// Whether the estimator has had no sample since its last reset.

@@ -66,6 +66,7 @@ const SWAP_RATIO_MIN: f32 = 1.5;
 
 /// State of the check.
 #[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct MotorCheck {
     /// Factor of the torque in the second attempt; `None` in the first.
     repeated: Option<f32>,
@@ -99,6 +100,7 @@ pub(super) struct CheckInput<'a> {
 
 /// Result of a tick.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum CheckStep {
     /// The check goes on with this torque in N m.
     Torque(Vector2<f32>),
@@ -123,6 +125,7 @@ impl CheckStep {
 
 /// Outcome of an attempt.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 enum Outcome {
     Step(CheckStep),
     /// A second attempt follows, with this multiple of the torque.

@@ -16,6 +16,7 @@ use armbridge_servo::Pwm;
 
 /// A command to the servos, and the torque that it produces.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct ActuatorCommand {
     /// PWM of each joint.
     pub pwm: [Pwm; JOINTS],
@@ -61,6 +62,7 @@ pub(super) struct Demand {
 /// Cached feed-forward of the last reference: that of a setpoint is computed once, and
 /// again if a bit of it turns.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct FeedForward {
     reference: Reference<f32>,
     torque_nm: Vector2<f32>,

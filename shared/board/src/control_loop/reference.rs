@@ -26,6 +26,7 @@ const GAP_MAX_RAD: f32 = 0.05;
 
 /// Start point of a motion.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct StartPoint {
     /// Reference at that time.
     pub from: Reference<f32>,
@@ -35,6 +36,7 @@ pub struct StartPoint {
 
 /// A planned motion, with its start time.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct TimedTrajectory {
     /// The motion.
     pub trajectory: Trajectory<f32>,
@@ -44,12 +46,14 @@ pub struct TimedTrajectory {
 
 /// Source of the reference. Its numbers lie under a [`CheckWord`].
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct ReferenceSource {
     plan: Plan,
     check: CheckWord,
 }
 
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 struct Plan {
     source: Source,
     /// The motion that replaces the source at its start time.
@@ -57,6 +61,7 @@ struct Plan {
 }
 
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 enum Source {
     /// Rest at these angles.
     Setpoint(Vector2<f32>),

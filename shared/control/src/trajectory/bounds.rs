@@ -12,6 +12,14 @@ use serde::{Deserialize, Serialize};
 
 /// Magnitudes that a trajectory must not exceed, for both joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "snapshot",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(bound(
+        serialize = "T: serde::Serialize + nalgebra::Scalar",
+        deserialize = "T: serde::Deserialize<'de> + nalgebra::Scalar"
+    ))
+)]
 pub struct Bounds<T> {
     /// In rad, either way from upright.
     pub angle_rad: T,

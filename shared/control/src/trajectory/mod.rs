@@ -100,6 +100,14 @@ use nalgebra::Vector2;
 
 /// A shape made ready to run.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "snapshot",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(bound(
+        serialize = "T: serde::Serialize + nalgebra::Scalar",
+        deserialize = "T: serde::Deserialize<'de> + nalgebra::Scalar"
+    ))
+)]
 pub struct Trajectory<T> {
     path: Path<T>,
     wave: Option<Wave<T>>,

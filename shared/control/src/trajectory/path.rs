@@ -12,6 +12,14 @@ use nalgebra::Vector2;
 
 /// One quintic and when it begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "snapshot",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(bound(
+        serialize = "T: serde::Serialize + nalgebra::Scalar",
+        deserialize = "T: serde::Deserialize<'de> + nalgebra::Scalar"
+    ))
+)]
 struct Piece<T> {
     starts_s: T,
     quintic: Quintic<T>,
@@ -21,6 +29,14 @@ checked!(Piece<T> { starts_s, quintic });
 
 /// All of them.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "snapshot",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(bound(
+        serialize = "T: serde::Serialize + nalgebra::Scalar",
+        deserialize = "T: serde::Deserialize<'de> + nalgebra::Scalar"
+    ))
+)]
 pub(super) struct Path<T> {
     pieces: Vec<Piece<T>, WAYPOINTS_MAX>,
     ends_s: T,

@@ -31,6 +31,7 @@ use armbridge_servo::Pwm;
 
 /// The experiment under way, or the last one.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct ActiveExperiment {
     pub(super) plan: Experiment,
     /// Time at which its first tick begins to act; `None` until it is decided.

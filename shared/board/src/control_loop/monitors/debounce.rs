@@ -12,6 +12,7 @@ pub(super) const fn ticks(time_us: u32, period_us: u32, least: u32) -> u32 {
 
 /// Number of consecutive ticks in which a condition has held.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(in crate::control_loop) struct Debounce(u32);
 
 impl Debounce {

@@ -49,6 +49,7 @@ checked!(DropoutConfig {
 
 /// Counters of the dropout monitor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Dropout {
     rows: [Row; JOINTS],
     shares: [Share; JOINTS],
@@ -61,6 +62,7 @@ pub(super) struct Dropout {
 
 /// Samples of one joint missing in a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 struct Row {
     missing: u32,
     /// Whether bytes were received meanwhile.
@@ -69,6 +71,7 @@ struct Row {
 
 /// Samples of one joint missing in the window.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 struct Share {
     parts: [u32; PARTS],
     missing: u32,

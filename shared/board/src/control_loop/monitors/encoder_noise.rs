@@ -62,6 +62,7 @@ const CORRELATED_US: f32 = 1_000.0;
 
 /// Noise of one joint's encoder.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct EncoderNoise {
     block: Block,
     /// Variance of a sample in count^2, and number of blocks in it.
@@ -73,6 +74,7 @@ pub(super) struct EncoderNoise {
 
 /// Sums over the samples of a block, less the first of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 struct Block {
     samples: u8,
     first: u16,

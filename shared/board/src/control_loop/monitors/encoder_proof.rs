@@ -106,6 +106,7 @@ pub(super) struct Held {
 
 /// Equal samples of one joint, and the ramps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct EncoderProof {
     last: Option<u16>,
     /// Samples that were equal to the one before.
@@ -117,6 +118,7 @@ pub(super) struct EncoderProof {
 
 /// Ramps under way.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 struct Ramp {
     tick: u32,
     /// The first one goes up.

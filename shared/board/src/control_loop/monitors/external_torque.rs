@@ -57,6 +57,7 @@ pub(in crate::control_loop) struct JointBalance {
 
 /// The observer of one joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct ExternalTorque {
     speed_rad_s: Option<f32>,
     residual_nm: f32,

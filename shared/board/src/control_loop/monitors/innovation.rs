@@ -17,6 +17,7 @@ const FAR_SAMPLES: u32 = 3;
 
 /// Counters of the innovation monitor. Ticks without a sample are skipped, and reset none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Innovation {
     in_gap: Debounce,
     off_middle: Debounce,

@@ -126,6 +126,7 @@ checked!(MonitorConfig {
 
 /// Counters of all monitors.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Monitors {
     dropout: Dropout,
     joints: [JointMonitors; JOINTS],
@@ -136,6 +137,7 @@ pub(super) struct Monitors {
 
 /// The monitors of one joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 struct JointMonitors {
     innovation: Innovation,
     motion: Motion,

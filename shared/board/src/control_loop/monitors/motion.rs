@@ -16,6 +16,7 @@ pub(super) fn fast_ticks(period_us: u32) -> u32 {
 
 /// Counters of the motion monitor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Motion {
     fast: Debounce,
 }

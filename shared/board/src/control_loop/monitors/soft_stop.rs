@@ -80,6 +80,7 @@ impl Bounds {
 
 /// Coefficients of the curves.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct SoftStop {
     stop_rad: [f32; JOINTS],
     /// `near back`, in 1/s^2.

@@ -38,10 +38,12 @@ checked!(StallConfig {
 
 /// Stall monitor of one joint. Ticks without a sample are skipped.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Stall(Option<StallState>);
 
 /// Samples of a joint since the monitor was reset.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 struct StallState {
     mean: f32,
     /// Mean at the beginning of the push.

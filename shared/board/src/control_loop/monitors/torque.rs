@@ -53,12 +53,14 @@ checked!(TorqueConfig {
 
 /// Counters of consecutive limited ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct TorqueLimiter {
     joints: [Counters; JOINTS],
     pwm: Debounce,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 struct Counters {
     limited: Debounce,
     braked: Debounce,

@@ -15,6 +15,7 @@ const REPETITIONS_MAX: u32 = 3;
 
 /// Lengths of the pattern in ticks.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Pattern {
     pulse: u32,
     rest: u32,

@@ -33,6 +33,7 @@ pub(super) const CONCLUSIVE_NM: f32 = 0.3;
 
 /// Motion of one joint by the model, and its fit to the samples.
 #[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Response {
     /// First sample in rad.
     from_rad: Option<f32>,

@@ -74,6 +74,7 @@ pub enum Error<T> {
 
 /// Phase of a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Phase {
     /// On the way to a point.
     Following,
@@ -85,6 +86,14 @@ pub enum Phase {
 
 /// Points to come, and the way to the first of them.
 #[derive(Clone, Debug)]
+#[cfg_attr(
+    feature = "snapshot",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(bound(
+        serialize = "T: serde::Serialize + nalgebra::Scalar",
+        deserialize = "T: serde::Deserialize<'de> + nalgebra::Scalar"
+    ))
+)]
 pub struct Stream<T> {
     bounds: Bounds<T>,
     knots: Deque<Knot<T>, POINTS_MAX>,

@@ -9,6 +9,14 @@ use nalgebra::Vector2;
 
 /// Reference angles, and optionally speeds, at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "snapshot",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(bound(
+        serialize = "T: serde::Serialize + nalgebra::Scalar",
+        deserialize = "T: serde::Deserialize<'de> + nalgebra::Scalar"
+    ))
+)]
 pub struct Point<T> {
     /// Of the board's clock.
     pub at_us: u64,
@@ -20,6 +28,14 @@ pub struct Point<T> {
 
 /// A point with the speed and acceleration at which it is passed.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(
+    feature = "snapshot",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(bound(
+        serialize = "T: serde::Serialize + nalgebra::Scalar",
+        deserialize = "T: serde::Deserialize<'de> + nalgebra::Scalar"
+    ))
+)]
 pub(super) struct Knot<T> {
     pub(super) at_us: u64,
     pub(super) reference: Reference<T>,
@@ -29,6 +45,14 @@ pub(super) struct Knot<T> {
 
 /// A quintic from one time of the board's clock to another.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(
+    feature = "snapshot",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(bound(
+        serialize = "T: serde::Serialize + nalgebra::Scalar",
+        deserialize = "T: serde::Deserialize<'de> + nalgebra::Scalar"
+    ))
+)]
 pub(super) struct Way<T> {
     quintic: Quintic<T>,
     pub(super) starts_us: u64,
