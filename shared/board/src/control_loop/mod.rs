@@ -98,14 +98,15 @@ use crate::flow_token::{FlowToken, Machine};
 use armbridge_control::arm::{Posture, State};
 use armbridge_control::estimate::Estimate;
 use armbridge_control::trajectory::Reference;
+use armbridge_link::experiment::ExperimentEnd;
 use armbridge_link::message::{Drive, Fault, Guards, Sample};
-use armbridge_link::record::{Permission, TickEvents, TickInput, TickOutput, Violation};
+use armbridge_link::record::{Fallback, Permission, TickEvents, TickInput, TickOutput, Violation};
 use armbridge_servo::{Alarms, JOINTS, Pwm};
 use drive_command::DriveCommand;
 pub use drive_command::DriveRequest;
 use experiment::ActiveExperiment;
 use monitors::{MonitorInput, Monitors};
-use motor_check::{CheckInput, CheckStep, MotorCheck};
+use motor_check::{CheckStep, MotorCheck};
 use nalgebra::Vector2;
 use pipeline::FeedForward;
 use reference::ReferenceSource;
@@ -173,6 +174,7 @@ impl ControlLoop {
         token: &mut FlowToken,
     ) -> TickOutput {
         if input.is_first {
+            // On a board it has done so when bring-up ended; a replay has no other sign of that.
             self.restart();
         }
         let in_force = self.in_force(input);
@@ -182,8 +184,7 @@ impl ControlLoop {
             fault: None,
         };
         self.check_command(&mut status);
-        let mut events = TickEvents::NONE;
-        events.fallback = self
+        let mut fallback = self
             .check_host_silence(config, input, &mut status)
             .or_else(|| self.check_command_age(config, input, &mut status));
         let counts = input.samples.map(Sample::counts);
@@ -227,21 +228,21 @@ impl ControlLoop {
         };
         let ahead = self.predict(config, &posture, known_nm);
         let is_experiment = status.is_driven() && self.drive() == Drive::Experiment;
-        let reference = if is_experiment {
-            self.experiment_reference(config, &in_force, &state, &ahead, acts_us, &mut events)
-        } else {
-            self.source.at(acts_us)
-        };
-        let mut guards = Guards::NONE;
-        let check = self.check_motors(config, &mut status, |noise_rad2| CheckInput {
-            arm: &config.control.arm,
-            acceleration_rad_s2: config.limits().check_rad_s2.into(),
-            period_us: config.period_us().get(),
-            noise_rad2,
-            measured_rad: measured,
-            angle_rad: state.q,
-            in_force_nm: torque_nm,
-        });
+        let mut reference = self.source.at(acts_us);
+        let mut experiment_end = None;
+        if is_experiment {
+            experiment_end = self.override_reference(
+                config,
+                in_force.pwm,
+                [&state, &ahead],
+                acts_us,
+                &mut reference,
+            );
+            if experiment_end.is_some() {
+                fallback = Some(Fallback::Brake);
+            }
+        }
+        let check = self.check_motors(config, &mut status, measured, state.q, torque_nm);
         // Without a first sample of each joint there is no state to control.
         let is_driven = status.is_driven() && !self.is_fresh;
         let demand = match check {
@@ -249,6 +250,7 @@ impl ControlLoop {
             None => is_driven.then(|| self.drive_demand(config, &ahead, &reference, gravity_nm)),
         };
         let demand_nm = demand.map(|demand| demand.torque_nm);
+        let mut guards = Guards::NONE;
         let command = self
             .command(config, &in_force, &ahead, demand, is_driven, &mut guards)
             .unwrap_or_else(|violation| {
@@ -258,52 +260,57 @@ impl ControlLoop {
         let lag_rad = reference.q - ahead.q;
         self.integrate(config, is_driven, lag_rad, demand_nm, &command);
         (self.state, self.reference, self.command) = (state, reference, command);
-        events.are_motors_checked = matches!(check, Some(CheckStep::Passed));
-        if events.are_motors_checked {
+        let are_motors_checked = matches!(check, Some(CheckStep::Passed));
+        if are_motors_checked {
             self.end_motor_check();
         }
-        events.fault = status.fault;
         *token = token.stamp(Machine::ControlLoop);
+        let events = TickEvents {
+            are_motors_checked,
+            fallback,
+            experiment_end,
+            fault: status.fault,
+        };
+        self.output(guards, gated.iter().all(Option::is_some), events)
+    }
+
+    /// The outputs of the tick whose results the loop holds.
+    #[inline]
+    fn output(&self, guards: Guards, is_complete: bool, events: TickEvents) -> TickOutput {
         TickOutput {
-            pwm: command.pwm.map(Pwm::counts),
-            torque_nm: command.torque_nm.into(),
-            reference_rad: reference.q.into(),
-            reference_speed_rad_s: reference.dq.into(),
-            angle_rad: state.q.into(),
-            speed_rad_s: state.dq.into(),
+            pwm: self.command.pwm.map(Pwm::counts),
+            torque_nm: self.command.torque_nm.into(),
+            reference_rad: self.reference.q.into(),
+            reference_speed_rad_s: self.reference.dq.into(),
+            angle_rad: self.state.q.into(),
+            speed_rad_s: self.state.dq.into(),
             disturbance_nm: self.estimate.disturbance().into(),
             guards,
-            is_complete: gated.iter().all(Option::is_some),
+            is_complete,
             events: events.some(),
         }
     }
 
-    /// The reference of an experiment; one that ends brakes the arm.
-    fn experiment_reference(
+    /// Overrides the reference by that of an experiment. Returns its end, which brakes the arm.
+    #[inline(never)]
+    fn override_reference(
         &mut self,
         config: &LoopConfig,
-        in_force: &ActuatorCommand,
-        state: &State<f32>,
-        ahead: &State<f32>,
+        pwm: [Pwm; JOINTS],
+        states: [&State<f32>; 2],
         at_us: u64,
-        events: &mut TickEvents,
-    ) -> Reference<f32> {
-        let mut reference = self.source.at(at_us);
-        let fast_ticks = config.monitors.fast_ticks();
-        events.experiment_end = self.experiment.tick(
-            in_force.pwm,
-            state,
-            ahead,
-            at_us,
-            fast_ticks,
-            &mut reference,
-        );
-        if events.experiment_end.is_some() {
-            self.source = ReferenceSource::braking(&reference, at_us);
-            events.fallback = Some(self.brake(at_us));
-            reference = self.source.at(at_us);
+        reference: &mut Reference<f32>,
+    ) -> Option<ExperimentEnd> {
+        let ([state, ahead], fast_ticks) = (states, config.monitors.fast_ticks());
+        let end = self
+            .experiment
+            .tick(pwm, state, ahead, at_us, fast_ticks, reference);
+        if end.is_some() {
+            self.source = ReferenceSource::braking(reference, at_us);
+            self.brake(at_us);
+            *reference = self.source.at(at_us);
         }
-        reference
+        end
     }
 
     /// The command in force: the last one, if its PWM was sent, or motors off.
@@ -374,24 +381,6 @@ impl ControlLoop {
             .advance_from(&control.arm, posture, &mut self.estimate, known_nm)
     }
 
-    /// A tick of the motor check, if it is permitted.
-    fn check_motors<'a>(
-        &mut self,
-        config: &LoopConfig,
-        status: &mut TickStatus,
-        input: impl FnOnce([f32; JOINTS]) -> CheckInput<'a>,
-    ) -> Option<CheckStep> {
-        let is_permitted = status.permission == Permission::MotorCheck && !self.is_fresh;
-        let step = is_permitted.then(|| {
-            let noise_rad2 = self.monitors.noise_rad2(&config.control.joints);
-            self.motor_check.tick(&input(noise_rad2))
-        });
-        if let Some(CheckStep::Failed(violation)) = step {
-            status.trip(violation);
-        }
-        step
-    }
-
     /// PWM decided in the last tick.
     pub fn pwm(&self) -> [Pwm; JOINTS] {
         self.command.pwm
@@ -404,28 +393,4 @@ impl ControlLoop {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use armbridge_link::message::{Missing, Settings};
-
-    /// An estimate that begins at the first sample would take the way there for a speed.
-    #[test]
-    fn there_is_no_torque_before_a_sample_of_each_joint() {
-        let config = LoopConfig::build(&Settings::default()).unwrap();
-        let (mut control, mut input) = (ControlLoop::new(&config), TickInput::AT_REST);
-        control.regulate(&config, [0.3, 0.3], Instant::default());
-        input.permission = Permission::Drive;
-        let mut command = |samples| {
-            input.samples = samples;
-            let output = control.step(&config, &input, &mut FlowToken::default());
-            assert_eq!(output.events, None);
-            output.pwm
-        };
-        let off = [Pwm::OFF.counts(); JOINTS];
-        let (there, missing) = (Sample::Counts(560), Sample::Missing(Missing::Silence));
-        for samples in [[missing; 2], [missing, there], [there, missing]] {
-            assert_eq!(command(samples), off, "{samples:?}");
-        }
-        assert_ne!(command([there; 2]), off);
-    }
-}
+mod tests;

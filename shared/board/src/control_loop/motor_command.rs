@@ -3,15 +3,47 @@
 //! Torque in N m at the joints, of which the friction compensation is a part; the command has
 //! the PWM, and the torque that is left after limits and rounding.
 
+use super::motor_check::{CheckInput, CheckStep};
 use super::pipeline::{ActuatorCommand, Demand};
+use super::tick::TickStatus;
 use super::{ControlLoop, LoopConfig};
 use armbridge_control::arm::State;
 use armbridge_control::trajectory::Reference;
 use armbridge_link::message::{Drive, Fault, Guards};
-use armbridge_link::record::Violation;
+use armbridge_link::record::{Permission, Violation};
+use armbridge_servo::JOINTS;
 use nalgebra::Vector2;
 
 impl ControlLoop {
+    /// A tick of the motor check, if it is permitted: the angles as `measured_rad` and as estimated,
+    /// under the torque in force. Not inlined: few ticks have one.
+    #[inline(never)]
+    pub(super) fn check_motors(
+        &mut self,
+        config: &LoopConfig,
+        status: &mut TickStatus,
+        measured_rad: [Option<f32>; JOINTS],
+        angle_rad: Vector2<f32>,
+        in_force_nm: Vector2<f32>,
+    ) -> Option<CheckStep> {
+        if status.permission != Permission::MotorCheck || self.is_fresh {
+            return None;
+        }
+        let step = self.motor_check.tick(&CheckInput {
+            arm: &config.control.arm,
+            acceleration_rad_s2: config.limits().check_rad_s2.into(),
+            period_us: config.period_us().get(),
+            noise_rad2: self.monitors.noise_rad2(&config.control.joints),
+            measured_rad,
+            angle_rad,
+            in_force_nm,
+        });
+        if let CheckStep::Failed(violation) = step {
+            status.trip(violation);
+        }
+        Some(step)
+    }
+
     /// Torque of the integral action in the next tick, after this one in which the reference
     /// is `lag_rad` ahead of the arm. There is none before a controller drives the arm.
     pub(super) fn integrate(
