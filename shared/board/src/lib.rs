@@ -8,7 +8,7 @@
 //! The supervisor permits to drive the motors, and the control loop obeys it in each tick:
 //!
 //! ```
-//! use armbridge_board::control_loop::{ControlLoop, Instant, LoopConfig};
+//! use armbridge_board::control_loop::{ControlLoop, DriveRequest, Instant, LoopConfig};
 //! use armbridge_board::flow_token::FlowToken;
 //! use armbridge_board::supervisor::{Event, Supervisor};
 //! use armbridge_link::message::{Sample, Settings};
@@ -16,7 +16,8 @@
 //!
 //! let config = LoopConfig::build(&Settings::default()).unwrap();
 //! let (mut control, mut supervisor) = (ControlLoop::new(&config), Supervisor::default());
-//! control.regulate(&config, [0.0, 0.0], Instant::default());
+//! let upright = DriveRequest::Regulate([0.0, 0.0]);
+//! control.request(&config, upright, Instant::default()).unwrap();
 //! let mut tick = |supervisor: &Supervisor| {
 //!     let samples = [Sample::Counts(530), Sample::Counts(500)];
 //!     let permission = supervisor.permission();

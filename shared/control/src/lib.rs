@@ -86,6 +86,8 @@ pub mod design;
 pub mod estimate;
 pub mod experiment;
 pub mod real;
+#[cfg(feature = "snapshot")]
+pub mod snapshot;
 pub mod trajectory;
 mod trig;
 

@@ -4,7 +4,7 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
-use armbridge_board::control_loop::{ControlLoop, Instant, LoopConfig};
+use armbridge_board::control_loop::{ControlLoop, DriveRequest, Instant, LoopConfig};
 use armbridge_board::flow_token::FlowToken;
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::{Parameters, State};
@@ -44,14 +44,19 @@ impl Loop {
     }
 
     /// Asks for these angles in rad.
-    pub fn regulate(&mut self, angle_rad: [f32; 2]) {
+    ///
+    /// # Errors
+    /// The refusal of a board.
+    pub fn regulate(&mut self, angle_rad: [f32; 2]) -> Result<(), Refusal> {
         let now = Instant {
             us: self.input.start_us,
             acts_us: self.input.acts_us(),
             is_driven: self.input.permission == Permission::Drive,
         };
-        self.control.regulate(&self.config, angle_rad, now);
+        let request = DriveRequest::Regulate(angle_rad);
+        self.control.request(&self.config, request, now)?;
         self.input.permission = Permission::Drive;
+        Ok(())
     }
 
     /// Advances the arm by a period, with servos that answer or not.

@@ -8,7 +8,7 @@ use armbridge_servo::Pwm;
 fn the_arm_is_held_until_its_servos_fall_silent() {
     let target = [0.3, -0.25];
     let mut control = Loop::new(&Settings::default(), [0.0, 0.0]).unwrap();
-    control.regulate(target);
+    control.regulate(target).unwrap();
     for tick in 0..4_000 {
         let output = control.tick(true);
         assert_eq!(output.fault(), None, "tick {tick}");

@@ -32,7 +32,7 @@
 //!
 //! | module         | content                                                 |
 //! |----------------|---------------------------------------------------------|
-//! | [`app_core`]   | supervisor and control loop, without bus and queues     |
+//! | `app_core`     | supervisor and control loop, without bus and queues     |
 //! | [`command`]    | commands of the host, validated                         |
 //! | `requests`     | requests of the host, in the tick                       |
 //! | `bus_events`   | events of the bus, and actions of the core              |
@@ -43,7 +43,7 @@
 //! | `channels`     | queues between tick and thread mode                     |
 //! | `signals`      | signals of the host to the tick                         |
 
-pub mod app_core;
+mod app_core;
 mod bus_events;
 mod channels;
 pub mod command;
@@ -124,7 +124,7 @@ impl<'a, B: Bus> Bridge<'a, B> {
         settings: &Settings,
     ) -> Result<Self, Refusal> {
         Ok(Self {
-            core: Core::new(LoopConfig::build(settings)?, now_us),
+            core: Core::new(&LoopConfig::build(settings)?, now_us),
             sequencer: BusSequencer::new(bus, SERVO_IDS, now_us),
             end,
             gateway: Gateway::default(),

@@ -196,7 +196,7 @@ impl ControlLoop {
 
     /// Holds the arm at these angles in rad; a step if it is elsewhere.
     #[inline(never)]
-    pub fn regulate(&mut self, config: &LoopConfig, angle_rad: [f32; JOINTS], now: Instant) {
+    fn regulate(&mut self, config: &LoopConfig, angle_rad: [f32; JOINTS], now: Instant) {
         let source = ReferenceSource::hold(angle_rad.into());
         self.follow(config, Drive::Regulate, source, now);
     }

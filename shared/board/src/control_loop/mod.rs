@@ -37,7 +37,7 @@
 //! ```
 //! use armbridge_control::actuator::Joint;
 //! use armbridge_control::arm::{Parameters, State};
-//! use armbridge_board::control_loop::{ControlLoop, Instant, LoopConfig};
+//! use armbridge_board::control_loop::{ControlLoop, DriveRequest, Instant, LoopConfig};
 //! use armbridge_board::flow_token::FlowToken;
 //! use armbridge_link::message::{Sample, Settings};
 //! use armbridge_link::record::{Permission, TickInput};
@@ -48,7 +48,8 @@
 //! let (arm, servo) = (Parameters::<f32>::paper(), Joint::<f32>::paper());
 //! let mut plant = State::at_rest(Vector2::new(0.2, -0.1));
 //! let (mut control, mut input) = (ControlLoop::new(&config), TickInput::AT_REST);
-//! control.regulate(&config, [0.0, 0.0], Instant::default());
+//! let upright = DriveRequest::Regulate([0.0, 0.0]);
+//! control.request(&config, upright, Instant::default()).unwrap();
 //! for tick in 1..=2_000 {
 //!     input.samples = [plant.q.x, plant.q.y].map(|q| Sample::Counts(servo.position(q) as u16));
 //!     (input.start_us, input.lead_us) = (tick * 1_000, 1_000);

@@ -8,7 +8,10 @@ use armbridge_link::message::{Missing, Settings};
 fn there_is_no_torque_before_a_sample_of_each_joint() {
     let config = LoopConfig::build(&Settings::default()).unwrap();
     let (mut control, mut input) = (ControlLoop::new(&config), TickInput::AT_REST);
-    control.regulate(&config, [0.3, 0.3], Instant::default());
+    let request = DriveRequest::Regulate([0.3, 0.3]);
+    control
+        .request(&config, request, Instant::default())
+        .unwrap();
     input.permission = Permission::Drive;
     let mut command = |samples| {
         input.samples = samples;

@@ -75,7 +75,7 @@ impl ControlLoop {
     }
 
     /// Whether the command that drives is too old at this time.
-    pub fn is_aged(&self, config: &LoopConfig, at_us: u64) -> bool {
+    fn is_aged(&self, config: &LoopConfig, at_us: u64) -> bool {
         let limits = config.limits();
         let limit_ms = match self.drive() {
             Drive::Torque => limits.torque_age_ms,

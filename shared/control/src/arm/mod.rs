@@ -48,14 +48,8 @@ use nalgebra::{Vector2, Vector4};
 
 /// Angles and speeds of both joints at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "snapshot",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(bound(
-        serialize = "T: serde::Serialize + nalgebra::Scalar",
-        deserialize = "T: serde::Deserialize<'de> + nalgebra::Scalar"
-    ))
-)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "snapshot", serde(bound = "T: crate::snapshot::Number"))]
 pub struct State<T> {
     /// Joint angles in rad; 0 is upright, or straight down if the arm hangs.
     pub q: Vector2<T>,

@@ -100,14 +100,8 @@ use nalgebra::Vector2;
 
 /// A shape made ready to run.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "snapshot",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(bound(
-        serialize = "T: serde::Serialize + nalgebra::Scalar",
-        deserialize = "T: serde::Deserialize<'de> + nalgebra::Scalar"
-    ))
-)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "snapshot", serde(bound = "T: crate::snapshot::Number"))]
 pub struct Trajectory<T> {
     path: Path<T>,
     wave: Option<Wave<T>>,

@@ -22,14 +22,8 @@ type Coefficients<T> = [T; 6];
 
 /// `q(t) = c0 + c1 t + ... + c5 t^5` for both joints, t in s.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "snapshot",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(bound(
-        serialize = "T: serde::Serialize + nalgebra::Scalar",
-        deserialize = "T: serde::Deserialize<'de> + nalgebra::Scalar"
-    ))
-)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "snapshot", serde(bound = "T: crate::snapshot::Number"))]
 pub(super) struct Quintic<T> {
     c: [Vector2<T>; 6],
 }
@@ -124,14 +118,8 @@ impl<T: Real> Quintic<T> {
 }
 
 /// One joint of a quintic, over its duration.
-#[cfg_attr(
-    feature = "snapshot",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(bound(
-        serialize = "T: serde::Serialize + nalgebra::Scalar",
-        deserialize = "T: serde::Deserialize<'de> + nalgebra::Scalar"
-    ))
-)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "snapshot", serde(bound = "T: crate::snapshot::Number"))]
 struct Axis<T> {
     angle: Coefficients<T>,
     duration_s: T,

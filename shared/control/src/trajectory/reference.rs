@@ -7,14 +7,8 @@ use nalgebra::Vector2;
 
 /// Reference angles, speeds and accelerations of both joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "snapshot",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(bound(
-        serialize = "T: serde::Serialize + nalgebra::Scalar",
-        deserialize = "T: serde::Deserialize<'de> + nalgebra::Scalar"
-    ))
-)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "snapshot", serde(bound = "T: crate::snapshot::Number"))]
 pub struct Reference<T> {
     /// Joint angles in rad; 0 is upright.
     pub q: Vector2<T>,

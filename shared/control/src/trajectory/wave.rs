@@ -19,14 +19,8 @@ use nalgebra::Vector2;
 
 /// Of both joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "snapshot",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(bound(
-        serialize = "T: serde::Serialize + nalgebra::Scalar",
-        deserialize = "T: serde::Deserialize<'de> + nalgebra::Scalar"
-    ))
-)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "snapshot", serde(bound = "T: crate::snapshot::Number"))]
 pub(super) struct Wave<T> {
     pub(super) amplitude_rad: Vector2<T>,
     /// At t = 0.

@@ -27,14 +27,8 @@ use heapless::Vec;
 use nalgebra::{Matrix2, RowVector2, Vector2};
 
 /// A knot of the spline: a reference and its time in s since the start.
-#[cfg_attr(
-    feature = "snapshot",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(bound(
-        serialize = "T: serde::Serialize + nalgebra::Scalar",
-        deserialize = "T: serde::Deserialize<'de> + nalgebra::Scalar"
-    ))
-)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "snapshot", serde(bound = "T: crate::snapshot::Number"))]
 pub(super) struct Knot<T> {
     pub(super) at_s: T,
     pub(super) reference: Reference<T>,

@@ -23,77 +23,43 @@
 //!
 //! # Example
 //!
-//! A tick on a scripted serial port, at which two Morpheus servos answer CYCLE:
+//! A tick on a scripted line, at which two Morpheus servos answer CYCLE:
 //!
 //! ```
+//! use armbridge_servo::bus::{Bus, LineAfter, Received, Transmission};
 //! use armbridge_servo::master::{Master, Transaction};
-//! use armbridge_servo::{Pwm, Sample, ServoId, port::SetBaud, serial_bus::SerialBus};
-//! use embedded_hal::digital;
-//! use embedded_hal_nb::{nb, serial};
-//! use std::{cell::RefCell, collections::VecDeque, convert::Infallible, rc::Rc};
+//! use armbridge_servo::{Pwm, Sample, ServoId};
 //!
-//! #[derive(Default)]
-//! struct Line {
-//!     sent: Vec<u8>,
-//!     replies: VecDeque<u8>,
-//!     is_driven: bool,
-//! }
+//! const CYCLE: [u8; 6] = [0xAA, 3, 0xFF, 0xFE, 7, 0xF5];
+//! const REPLIES: [u8; 14] = [0xAA, 4, 0xFE, 1, 1, 0xF4, 3, 0xAA, 4, 0xFE, 2, 1, 0xF5, 1];
 //!
-//! /// The port, and the pin that turns its line driver on.
-//! #[derive(Clone, Default)]
-//! struct Port(Rc<RefCell<Line>>);
+//! /// A line without echo, and whether replies wait on it.
+//! struct Line(bool);
 //!
-//! impl serial::ErrorType for Port {
-//!     type Error = serial::ErrorKind;
-//! }
-//! impl serial::Write for Port {
-//!     fn write(&mut self, byte: u8) -> nb::Result<(), serial::ErrorKind> {
-//!         let mut line = self.0.borrow_mut();
-//!         line.sent.push(byte);
-//!         if line.sent.ends_with(&[0xAA, 3, 0xFF, 0xFE, 7, 0xF5]) {
-//!             line.replies.extend([0xAA, 4, 0xFE, 1, 1, 0xF4, 3]);
-//!             line.replies.extend([0xAA, 4, 0xFE, 2, 1, 0xF5, 1]);
-//!         }
-//!         Ok(())
-//!     }
-//!     fn flush(&mut self) -> nb::Result<(), serial::ErrorKind> {
-//!         Ok(())
-//!     }
-//! }
-//! impl serial::Read for Port {
-//!     fn read(&mut self) -> nb::Result<u8, serial::ErrorKind> {
-//!         let mut line = self.0.borrow_mut();
-//!         let reply = if line.is_driven { None } else { line.replies.pop_front() };
-//!         reply.ok_or(nb::Error::WouldBlock)
-//!     }
-//! }
-//! impl SetBaud for Port {
+//! impl Bus for Line {
+//!     const RELEASES_BY_ITSELF: bool = true;
 //!     fn set_baud(&mut self, _baud: u32) {}
-//! }
-//! impl digital::ErrorType for Port {
-//!     type Error = Infallible;
-//! }
-//! impl digital::OutputPin for Port {
-//!     fn set_low(&mut self) -> Result<(), Infallible> {
-//!         self.0.borrow_mut().is_driven = false;
-//!         Ok(())
+//!     fn send(&mut self, bytes: &[u8], _after: LineAfter) {
+//!         self.0 = bytes == CYCLE;
 //!     }
-//!     fn set_high(&mut self) -> Result<(), Infallible> {
-//!         self.0.borrow_mut().is_driven = true;
-//!         Ok(())
+//!     fn transmission(&mut self) -> Transmission {
+//!         Transmission::Complete
+//!     }
+//!     fn release(&mut self) {}
+//!     fn received(&mut self) -> Received<'_> {
+//!         let bytes: &[u8] = if std::mem::take(&mut self.0) { &REPLIES } else { &[] };
+//!         Received { bytes, error: None }
 //!     }
 //! }
 //!
-//! let port = Port::default();
-//! let ids = [1, 2].map(|id| ServoId::new(id).unwrap());
-//! let mut master = Master::new(SerialBus::new(port.clone(), port.clone()), ids);
+//! let mut master = Master::new(Line(false), [1, 2].map(|id| ServoId::new(id).unwrap()));
 //! let mut now_us = 0;
 //! let mut run = |transaction| {
 //!     master.begin(transaction, now_us).unwrap();
 //!     loop {
 //!         match master.poll(now_us) {
 //!             Ok(outcome) => return outcome,
-//!             // The clock of a board would be read here; this one has nothing to wait for.
+//!             // A board reads its clock here; time passes by itself.
 //!             Err(_) => now_us = now_us.max(master.wake_at_us()),
 //!         }
 //!     }
@@ -103,7 +69,6 @@
 //! run(Transaction::Stop);
 //! let outcome = run(Transaction::Drive([Pwm::new(1_200).unwrap(), Pwm::OFF]));
 //! assert_eq!(outcome.samples, [Sample::Counts(500), Sample::Counts(501)]);
-//! assert!(!port.0.borrow().is_driven);
 //! ```
 //!
 //! | module          | content                                               |

@@ -23,7 +23,7 @@ impl Core {
     ///
     /// # Errors
     /// The refusal for the host.
-    pub fn start_point(&self) -> Result<StartPoint, Refusal> {
+    pub(crate) fn start_point(&self) -> Result<StartPoint, Refusal> {
         self.supervisor.check(Event::Drive)?;
         Ok(self.control_loop.start_point(self.instant()))
     }
@@ -32,7 +32,11 @@ impl Core {
     ///
     /// # Errors
     /// The refusal for the host; the state is unchanged.
-    pub fn command(&mut self, command: ValidatedCommand, bus: BusFacts) -> Result<(), Refusal> {
+    pub(crate) fn command(
+        &mut self,
+        command: ValidatedCommand,
+        bus: BusFacts,
+    ) -> Result<(), Refusal> {
         let now = self.instant();
         match command {
             ValidatedCommand::Idle => {
@@ -155,7 +159,7 @@ impl Core {
     }
 
     /// Begins the session of a host: disarms, because another host may have armed.
-    pub fn begin_session(&mut self) {
+    pub(crate) fn begin_session(&mut self) {
         // A client has the bus until it leaves, whichever host there is.
         if self.state() != State::Passthrough {
             // Never refused.

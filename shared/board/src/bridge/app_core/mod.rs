@@ -11,7 +11,7 @@
 //!
 //! [`Core`] combines supervisor, control loop and configuration. Its outputs are the
 //! PWM of each tick and a [`BusAction`] for the bus, a record and the
-//! `take` functions for the host. Boards run it, and so does the host's replay.
+//! `take` functions for the host. A replay runs the control loop alone.
 //!
 //! # Contract
 //!
@@ -46,7 +46,7 @@ const OFF: [Pwm; JOINTS] = [Pwm::OFF; JOINTS];
 
 /// Action of a transition on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BusAction {
+pub(crate) enum BusAction {
     /// The stop sequence, repeated until every motor is confirmed off.
     Halt,
     /// Motors that have to be off are commanded off again by the ticks, and read back.
@@ -59,19 +59,19 @@ pub enum BusAction {
 
 /// State of the bus, on which arming depends.
 #[derive(Clone, Copy, Debug)]
-pub struct BusFacts {
+pub(crate) struct BusFacts {
     /// Whether the servos take torque.
-    pub is_prepared: bool,
+    pub(crate) is_prepared: bool,
     /// Shortest period in µs that the bus allows.
-    pub least_period_us: u32,
+    pub(crate) least_period_us: u32,
     /// Whether the last stop has concluded: each motor is confirmed off, or the host has been
     /// notified which is not.
-    pub is_stop_settled: bool,
+    pub(crate) is_stop_settled: bool,
     /// Joint whose servo is too hot to be armed or, after a fault of its temperature, to clear
     /// that.
-    pub hot_joint: Option<u8>,
+    pub(crate) hot_joint: Option<u8>,
     /// Reason against arming that the samples show, see [`Core::encoder_refusal`].
-    pub encoder_refusal: Option<Refusal>,
+    pub(crate) encoder_refusal: Option<Refusal>,
 }
 
 /// Memory in which a bit can be turned by [`Core::inject_error`].
@@ -89,20 +89,20 @@ pub enum MemoryRegion {
 
 /// Results of the exchange of a tick.
 #[derive(Clone, Copy, Debug)]
-pub struct TickSamples {
+pub(crate) struct TickSamples {
     /// Sample of each servo.
-    pub samples: [Sample; JOINTS],
+    pub(crate) samples: [Sample; JOINTS],
     /// Alarms of each stock servo.
-    pub alarms: [Alarms; JOINTS],
+    pub(crate) alarms: [Alarms; JOINTS],
     /// Duration of the exchange, in µs.
-    pub bus_us: u32,
+    pub(crate) bus_us: u32,
     /// The tick's token, with the sequencer's stamp.
-    pub token: FlowToken,
+    pub(crate) token: FlowToken,
 }
 
 impl TickSamples {
     /// No samples, before the first exchange.
-    pub const NONE: Self = Self {
+    pub(crate) const NONE: Self = Self {
         samples: [Sample::Missing(Missing::NotAsked); JOINTS],
         alarms: [Alarms::NONE; JOINTS],
         bus_us: 0,
@@ -112,7 +112,7 @@ impl TickSamples {
 
 /// See the [module](self).
 #[derive(Clone, Debug)]
-pub struct Core {
+pub(crate) struct Core {
     supervisor: Supervisor,
     control_loop: ControlLoop,
     config: LoopConfig,
@@ -152,11 +152,11 @@ struct IntegrityCheck {
 
 impl Core {
     /// A core in its initial state, at this time.
-    pub fn new(config: LoopConfig, now_us: u64) -> Self {
+    pub(crate) fn new(config: &LoopConfig, now_us: u64) -> Self {
         Self {
             supervisor: Supervisor::default(),
-            control_loop: ControlLoop::new(&config),
-            config,
+            control_loop: ControlLoop::new(config),
+            config: *config,
             integrity: IntegrityCheck::default(),
             in_force: OFF,
             next: OFF,
@@ -178,67 +178,67 @@ impl Core {
     }
 
     /// Sets the time, in µs; it never goes back.
-    pub fn set_time(&mut self, now_us: u64) {
+    pub(crate) fn set_time(&mut self, now_us: u64) {
         self.now_us = now_us;
     }
 
     /// The time that was set last, in µs.
-    pub fn now_us(&self) -> u64 {
+    pub(crate) fn now_us(&self) -> u64 {
         self.now_us
     }
 
     /// Planned beginning of the next tick, in µs.
-    pub fn next_start_us(&self) -> u64 {
+    pub(crate) fn next_start_us(&self) -> u64 {
         self.next_start_us
     }
 
     /// Sets the planned beginning of the next tick, in µs.
-    pub fn set_next_start(&mut self, at_us: u64) {
+    pub(crate) fn set_next_start(&mut self, at_us: u64) {
         self.next_start_us = at_us;
     }
 
     /// The supervisor's state.
-    pub fn state(&self) -> State {
+    pub(crate) fn state(&self) -> State {
         self.supervisor.state()
     }
 
     /// Mode of the board.
-    pub fn mode(&self) -> Mode {
+    pub(crate) fn mode(&self) -> Mode {
         self.supervisor.mode(self.control_loop.drive())
     }
 
     /// Source that drives the motors while that is permitted.
-    pub fn drive(&self) -> Drive {
+    pub(crate) fn drive(&self) -> Drive {
         self.control_loop.drive()
     }
 
     /// Cause of the fault, if one is latched.
-    pub fn cause(&self) -> Option<Trip> {
+    pub(crate) fn cause(&self) -> Option<Trip> {
         self.supervisor.cause()
     }
 
     /// The configuration.
-    pub fn config(&self) -> &LoopConfig {
+    pub(crate) fn config(&self) -> &LoopConfig {
         &self.config
     }
 
     /// Number of the tick under way.
-    pub fn tick(&self) -> u32 {
+    pub(crate) fn tick(&self) -> u32 {
         self.tick
     }
 
     /// Consecutive missing samples of this joint.
-    pub fn lost_in_row(&self, joint: usize) -> u32 {
+    pub(crate) fn lost_in_row(&self, joint: usize) -> u32 {
         self.control_loop.lost_in_row(joint)
     }
 
     /// Reason against arming, as far as the samples of this session show.
-    pub fn encoder_refusal(&self) -> Option<Refusal> {
+    pub(crate) fn encoder_refusal(&self) -> Option<Refusal> {
         self.control_loop.encoder_refusal(&self.config)
     }
 
     /// The present moment, for the acknowledgement of a command.
-    pub fn moment(&self) -> Moment {
+    pub(crate) fn moment(&self) -> Moment {
         Moment {
             tick: self.tick,
             is_decided: self.decided == self.tick,
@@ -249,36 +249,36 @@ impl Core {
 
     /// Whether there is an action on the bus, a new fault or the end of an experiment to take;
     /// most polls have none.
-    pub fn has_actions(&self) -> bool {
+    pub(crate) fn has_actions(&self) -> bool {
         self.bus_action.is_some() || self.has_new_trip || self.conclusion.is_some()
     }
 
     /// Takes the pending action on the bus.
-    pub fn take_bus_action(&mut self) -> Option<BusAction> {
+    pub(crate) fn take_bus_action(&mut self) -> Option<BusAction> {
         self.bus_action.take()
     }
 
     /// Takes the fault that has been latched since the last call.
-    pub fn take_trip(&mut self) -> Option<Trip> {
+    pub(crate) fn take_trip(&mut self) -> Option<Trip> {
         core::mem::take(&mut self.has_new_trip)
             .then(|| self.cause())
             .flatten()
     }
 
     /// Takes the end of an experiment since the last call.
-    pub fn take_conclusion(&mut self) -> Option<Conclusion> {
+    pub(crate) fn take_conclusion(&mut self) -> Option<Conclusion> {
         self.conclusion.take()
     }
 
     /// Notes a frame of the host.
-    pub fn note_host(&mut self) {
+    pub(crate) fn note_host(&mut self) {
         self.host_frame_us = self.now_us;
     }
 
     // Events
 
     /// Latches a fault with its first cause: torque off.
-    pub fn trip(&mut self, violation: Violation) {
+    pub(crate) fn trip(&mut self, violation: Violation) {
         let violation = self.cause_of(violation);
         let action = self.supervisor.trip(Trip {
             fault: violation.fault,
@@ -334,7 +334,7 @@ impl Core {
     ///
     /// # Errors
     /// The refusal for the host; the state is unchanged.
-    pub fn apply(&mut self, event: Event) -> Result<(), Refusal> {
+    pub(crate) fn apply(&mut self, event: Event) -> Result<(), Refusal> {
         let action = self.supervisor.apply(event)?;
         self.perform(action);
         Ok(())
@@ -366,7 +366,7 @@ impl Core {
     }
 
     /// Turns a bit of the memory on which ticks depend, chosen by `draw`, for tests.
-    pub fn inject_error(&mut self, region: MemoryRegion, draw: u32) {
+    pub(crate) fn inject_error(&mut self, region: MemoryRegion, draw: u32) {
         match region {
             MemoryRegion::Config => self.config.inject_error(draw),
             MemoryRegion::State => self.supervisor.inject_error(draw),
@@ -376,7 +376,7 @@ impl Core {
     }
 
     /// Trips if the state word is invalid.
-    pub fn check_state(&mut self) {
+    pub(crate) fn check_state(&mut self) {
         if !self.supervisor.is_intact() {
             self.trip(Violation::plain(Fault::Corrupted));
         }

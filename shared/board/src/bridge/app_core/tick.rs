@@ -13,19 +13,19 @@ use armbridge_servo::{Alarms, JOINTS, Pwm};
 impl Core {
     /// Whether the tick may feed the watchdog: it began in time, and passed every state
     /// machine.
-    pub fn may_feed_watchdog(&self) -> bool {
+    pub(crate) fn may_feed_watchdog(&self) -> bool {
         self.overruns_in_row == 0 && self.token.is_complete(self.tick)
     }
 
     /// Period in µs, at least the shortest that the bus allows. A bus that is too slow
     /// for the configured period is read at its own; motors cannot be armed then.
-    pub fn period_us(&self, least_period_us: u32) -> u32 {
+    pub(crate) fn period_us(&self, least_period_us: u32) -> u32 {
         self.config.period_us().get().max(least_period_us)
     }
 
     /// Begins a tick with at least the period that the bus allows: puts the last
     /// decided command in force, and plans the next tick.
-    pub fn begin_tick(&mut self, least_period_us: u32) -> [Pwm; JOINTS] {
+    pub(crate) fn begin_tick(&mut self, least_period_us: u32) -> [Pwm; JOINTS] {
         let period_us = u64::from(self.period_us(least_period_us));
         let late_us = self.now_us.saturating_sub(self.next_start_us);
         let missed = if late_us < period_us {
@@ -64,18 +64,7 @@ impl Core {
     }
 
     /// Decides the tick that has begun, and makes its record of inputs and outputs.
-    pub fn decide(&mut self, sampled: &TickSamples, record: &mut Record) {
-        let is_config_intact = self.check_integrity();
-        self.decide_with(sampled, is_config_intact, record);
-    }
-
-    /// Decides the tick that has begun, with the result of the integrity check.
-    pub fn decide_with(
-        &mut self,
-        sampled: &TickSamples,
-        is_config_intact: bool,
-        record: &mut Record,
-    ) {
+    pub(crate) fn decide(&mut self, sampled: &TickSamples, record: &mut Record) {
         self.timing.bus_us = sampled.bus_us;
         // The processor divides 32 bits in hardware.
         let silent_us = self.now_us.saturating_sub(self.host_frame_us);
@@ -87,7 +76,7 @@ impl Core {
             lead_us: self.next_start_us.saturating_sub(self.start_us) as u32,
             permission: self.supervisor.permission(),
             is_first: core::mem::take(&mut self.is_first),
-            is_config_intact,
+            is_config_intact: self.check_integrity(),
             host_silent_ms: u16::try_from(silent_us.div_ceil(1_000)).unwrap_or(u16::MAX),
             samples: sampled.samples,
             alarms: sampled.alarms.map(Alarms::bits),
@@ -165,7 +154,7 @@ impl Core {
     }
 
     /// Begins ticks now: the servos have been found and set up.
-    pub fn begin_ticking(&mut self) {
+    pub(crate) fn begin_ticking(&mut self) {
         self.next_start_us = self.now_us;
         self.control_loop.restart();
         self.is_first = true;
@@ -173,10 +162,5 @@ impl Core {
         self.are_motors_checked = false;
         // Never refused.
         let _ = self.apply(Event::BusReady);
-    }
-
-    /// Whether the command that drives is too old for the tick under way.
-    pub fn is_command_aged(&self) -> bool {
-        self.control_loop.is_aged(&self.config, self.next_start_us)
     }
 }

@@ -86,14 +86,8 @@ pub enum Phase {
 
 /// Points to come, and the way to the first of them.
 #[derive(Clone, Debug)]
-#[cfg_attr(
-    feature = "snapshot",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(bound(
-        serialize = "T: serde::Serialize + nalgebra::Scalar",
-        deserialize = "T: serde::Deserialize<'de> + nalgebra::Scalar"
-    ))
-)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "snapshot", serde(bound = "T: crate::snapshot::Number"))]
 pub struct Stream<T> {
     bounds: Bounds<T>,
     knots: Deque<Knot<T>, POINTS_MAX>,

@@ -9,14 +9,8 @@ use nalgebra::Vector2;
 
 /// Reference angles, and optionally speeds, at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "snapshot",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(bound(
-        serialize = "T: serde::Serialize + nalgebra::Scalar",
-        deserialize = "T: serde::Deserialize<'de> + nalgebra::Scalar"
-    ))
-)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "snapshot", serde(bound = "T: crate::snapshot::Number"))]
 pub struct Point<T> {
     /// Of the board's clock.
     pub at_us: u64,
@@ -28,14 +22,8 @@ pub struct Point<T> {
 
 /// A point with the speed and acceleration at which it is passed.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(
-    feature = "snapshot",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(bound(
-        serialize = "T: serde::Serialize + nalgebra::Scalar",
-        deserialize = "T: serde::Deserialize<'de> + nalgebra::Scalar"
-    ))
-)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "snapshot", serde(bound = "T: crate::snapshot::Number"))]
 pub(super) struct Knot<T> {
     pub(super) at_us: u64,
     pub(super) reference: Reference<T>,
@@ -45,14 +33,8 @@ pub(super) struct Knot<T> {
 
 /// A quintic from one time of the board's clock to another.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(
-    feature = "snapshot",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(bound(
-        serialize = "T: serde::Serialize + nalgebra::Scalar",
-        deserialize = "T: serde::Deserialize<'de> + nalgebra::Scalar"
-    ))
-)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "snapshot", serde(bound = "T: crate::snapshot::Number"))]
 pub(super) struct Way<T> {
     quintic: Quintic<T>,
     pub(super) starts_us: u64,
