@@ -1,7 +1,9 @@
 //! Lays out the image for the board of this build, by its row in `boards.rs`. The memory map is
 //! `memory.x` at the root of the project.
 
-use std::{env, error::Error, fs, path::PathBuf};
+use std::error::Error;
+use std::path::PathBuf;
+use std::{env, fs};
 
 #[expect(unreachable_pub, reason = "the gate's library has it too")]
 mod boards;

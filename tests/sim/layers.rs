@@ -8,7 +8,8 @@
 //! defines it.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::{fs, path::Path};
+use std::fs;
+use std::path::Path;
 
 /// The crates that are read.
 const CRATES: [&str; 4] = ["servo", "control", "link", "board"];

@@ -9,8 +9,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use armbridge_client::event::Direction;
 use armbridge_link::frame::Encoder;
-use armbridge_link::message::{Mode, Record, Sample, Settings, ToHost};
-use armbridge_link::message::{TickInput, TickOutput};
+use armbridge_link::message::{Mode, Record, Sample, Settings, TickInput, TickOutput, ToHost};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::Recording;
 use armbridge_log::run_info::RunFacts;

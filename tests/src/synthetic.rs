@@ -6,9 +6,8 @@
 
 use armbridge_control::estimate::Config;
 use armbridge_link::message::{
-    Controller, Drive, Gains, Missing, Mode, Record, Sample, Setup, Timing,
+    Controller, Drive, Gains, Missing, Mode, Record, Sample, Setup, TickInput, TickOutput, Timing,
 };
-use armbridge_link::message::{TickInput, TickOutput};
 use armbridge_log::run_info::RunFacts;
 
 /// Angle of one encoder count: 300 degrees over 1023 counts.

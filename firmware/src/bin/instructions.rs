@@ -17,15 +17,12 @@ use armbridge_control::controller::{ComputedTorque, Lqr, Tuning, Weights};
 use armbridge_control::design::placement::{self, Poles};
 use armbridge_control::estimate::{Config, Estimator, Form, Luenberger, Model};
 use armbridge_control::real::Real;
-use armbridge_control::trajectory::Reference;
-use armbridge_control::trajectory::{Bounds, Shape, Trajectory};
-use armbridge_firmware::board::mps2_an386::clock;
-use armbridge_firmware::board::mps2_an386::semihosting;
+use armbridge_control::trajectory::{Bounds, Reference, Shape, Trajectory};
+use armbridge_firmware::board::mps2_an386::{clock, semihosting};
 use armbridge_link::frame::{Decoder, Encoder};
 use armbridge_link::message::{
-    Command, Drive, Guards, Mode, Record, Sample, Timing, ToBoard, ToHost,
+    Command, Drive, Guards, Mode, Record, Sample, TickInput, TickOutput, Timing, ToBoard, ToHost,
 };
-use armbridge_link::message::{TickInput, TickOutput};
 use armbridge_servo::JOINTS;
 use cortex_m_semihosting::hprintln;
 use nalgebra::Vector2;

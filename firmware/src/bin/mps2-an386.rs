@@ -18,11 +18,8 @@ use armbridge_firmware::board::mps2_an386::{
     BUS, CLIENT, LINK, clock, fault_injection, lockstep, watchdog,
 };
 use armbridge_firmware::crash::{self, memory};
-use armbridge_firmware::image_crc;
-use armbridge_firmware::settings;
-use armbridge_firmware::stack;
-use armbridge_firmware::stack_guard;
 use armbridge_firmware::tasks::{self, RealTimeLoop, Signals};
+use armbridge_firmware::{image_crc, settings, stack, stack_guard};
 use armbridge_link::message::{BoardReport, Settings};
 use static_cell::{ConstStaticCell, StaticCell};
 

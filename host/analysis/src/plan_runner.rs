@@ -25,13 +25,11 @@ pub use record_sink::{AllRecords, RecordSink};
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-use armbridge_client::Host;
-use armbridge_client::LinkStats;
-use armbridge_client::enum_names;
 use armbridge_client::error::SessionError;
 use armbridge_client::session::{
     ANSWER_TIMEOUT_US, ARM_TIMEOUT_US, HELLO_TIMEOUT_US, Request, SERVO_TIMEOUT_US, Session,
 };
+use armbridge_client::{Host, LinkStats, enum_names};
 use armbridge_link::message::{Command, Mode, OffReport, Record, Settings, Trip};
 use armbridge_sim::cosim::Interaction;
 

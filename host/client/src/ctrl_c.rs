@@ -110,7 +110,8 @@ pub fn listen() -> Result<(), ListenError> {
 fn install() -> io::Result<()> {
     use std::sync::atomic::AtomicBool;
 
-    use signal_hook::{consts::SIGINT, flag};
+    use signal_hook::consts::SIGINT;
+    use signal_hook::flag;
 
     // Before the flag is set by the same ctrl-c.
     let interrupted = Arc::new(AtomicBool::new(false));

@@ -1,10 +1,9 @@
 //! Byte streams by name: `tcp://HOST:PORT`.
 
-use std::fmt;
-use std::io;
 use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
 use std::str::FromStr;
 use std::time::Duration;
+use std::{fmt, io};
 
 /// Longest time that a connection may take: the peer is on the same network.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);

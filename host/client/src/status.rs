@@ -7,8 +7,7 @@ use armbridge_link::message::{
 };
 use armbridge_link::schema;
 use armbridge_link::server::LinkRole;
-use armbridge_servo::Firmware;
-use armbridge_servo::JOINTS;
+use armbridge_servo::{Firmware, JOINTS};
 
 use crate::error::{end_in_words, likely_cause};
 

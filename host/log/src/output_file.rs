@@ -8,12 +8,11 @@
 //! progress are made by [`create_log`] under their own name, and are never replaced.
 
 use std::ffi::OsString;
-use std::fs;
 use std::fs::File;
-use std::io;
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::{fs, io};
 
 use armbridge_client::stdio::Stdout;
 

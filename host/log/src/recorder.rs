@@ -17,13 +17,12 @@ use std::thread::JoinHandle;
 
 use armbridge_client::Tap;
 
-use super::LogError;
 use super::fsync_thread::SyncFn;
 use super::mcap_file::LogFile;
-use super::output_file;
 use super::queue::{self, Queue, QueueTap};
 pub use super::writer_thread::RecorderReport;
 use super::writer_thread::{LogWriter, Shared};
+use super::{LogError, output_file};
 use crate::run_info::RunFacts;
 
 /// Recorder of a log. Dropping it closes the log like [`finish`](Self::finish),

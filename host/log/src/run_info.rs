@@ -6,8 +6,7 @@
 use armbridge_control::actuator::{Direction, Joint};
 use armbridge_control::controller::{Lqr, Weights};
 use armbridge_link::message::{Controller, Gains, Settings, Setup};
-use armbridge_servo::JOINTS;
-use armbridge_servo::Pwm;
+use armbridge_servo::{JOINTS, Pwm};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 

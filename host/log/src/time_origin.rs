@@ -120,8 +120,7 @@ impl RunTimes {
 
 #[cfg(test)]
 mod tests {
-    use armbridge_link::message::{Drive, Fault};
-    use armbridge_link::message::{TickInput, TickOutput};
+    use armbridge_link::message::{Drive, Fault, TickInput, TickOutput};
 
     use super::*;
 

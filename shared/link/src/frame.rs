@@ -40,7 +40,8 @@ mod cobs;
 mod output;
 
 use postcard::experimental::max_size::MaxSize;
-use serde::{Serialize, Serializer, de::DeserializeOwned};
+use serde::de::DeserializeOwned;
+use serde::{Serialize, Serializer};
 
 use super::message::{Record, ToBoard, ToHost};
 use crate::crc32;
@@ -274,8 +275,7 @@ impl Decoder {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::message::Command;
-    use crate::message::TickInput;
+    use crate::message::{Command, TickInput};
     use proptest::prelude::*;
 
     fn decode<M: Message>(
@@ -289,7 +289,8 @@ mod tests {
     }
 
     extern crate std;
-    use std::{vec, vec::Vec};
+    use std::vec;
+    use std::vec::Vec;
 
     fn regulate(a: f32, b: f32) -> ToBoard {
         ToBoard::Command(Command::Regulate([a, b]))

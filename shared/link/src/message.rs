@@ -18,8 +18,7 @@ pub use super::setup::{Controller, Gains, Settings, Setup};
 pub use armbridge_servo::{Missing, Sample};
 
 use armbridge_control::trajectory::Quantity;
-use armbridge_servo::Firmware;
-use armbridge_servo::JOINTS;
+use armbridge_servo::{Firmware, JOINTS};
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};

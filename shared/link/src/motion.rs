@@ -3,8 +3,7 @@
 //! Their meaning, and the checks, are in
 //! [`trajectory`](armbridge_control::trajectory).
 
-use armbridge_control::trajectory::Shape;
-use armbridge_control::trajectory::{WAYPOINTS_MAX, Waypoint};
+use armbridge_control::trajectory::{Shape, WAYPOINTS_MAX, Waypoint};
 use armbridge_servo::JOINTS;
 use heapless::Vec;
 use postcard::experimental::max_size::MaxSize;

@@ -14,8 +14,7 @@
 //! [`Morpheus`]: super::morpheus::Morpheus
 //! [`Protocol1`]: super::protocol1::Protocol1
 
-use super::Alarms;
-use super::{DecodeError, Firmware, Instruction, Query, ServoId};
+use super::{Alarms, DecodeError, Firmware, Instruction, Query, ServoId};
 use core::fmt::Debug;
 use core::marker::PhantomData;
 use heapless::Vec;

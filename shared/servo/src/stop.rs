@@ -74,10 +74,9 @@
 //! within WRITE 1000. Servos that are wedged, or inside a longer packet, are left to
 //! the full sequence, which must follow.
 
-use super::Firmware;
 use super::morpheus::Request;
 use super::protocol1::torque_off;
-use super::{Packet, ServoId};
+use super::{Firmware, Packet, ServoId};
 use crate::JOINTS;
 
 /// Byte that flushes a servo's receiver.

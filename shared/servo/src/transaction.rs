@@ -1,9 +1,7 @@
 //! Transactions of the bus, and their outcomes.
 
-use super::Alarms;
-use super::{ExpectedReply, Sample};
-use crate::JOINTS;
-use crate::Pwm;
+use super::{Alarms, ExpectedReply, Sample};
+use crate::{JOINTS, Pwm};
 
 /// Requests on the bus. The servos' firmware is that of
 /// [`Master::set_line`](super::master::Master::set_line).

@@ -25,14 +25,13 @@
 
 mod line;
 
-use armbridge_servo::Pwm;
 use armbridge_servo::master::{Busy, ExpectedReply, Master, Transaction};
 use armbridge_servo::morpheus::{Request, ServoId};
 use armbridge_servo::port::BAUD_RATES;
 use armbridge_servo::protocol1::{BROADCAST, Instruction, register};
 use armbridge_servo::serial_bus::SerialBus;
 use armbridge_servo::stop::{StopStep, brief_stop_step, stop_step_for};
-use armbridge_servo::{Firmware, Packet};
+use armbridge_servo::{Firmware, Packet, Pwm};
 use embedded_hal_nb::serial::ErrorKind;
 use line::{Line, Port, Transmitter};
 

@@ -3,8 +3,7 @@
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_board::bridge::Channels;
 use armbridge_link::message::{Drive, Fault, Mode, Setup};
-use armbridge_servo::Alarms;
-use armbridge_servo::Firmware;
+use armbridge_servo::{Alarms, Firmware};
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::Cosim;
 use armbridge_tests::gateway::bench;

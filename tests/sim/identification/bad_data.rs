@@ -9,8 +9,7 @@ use armbridge_analysis::identify::{
 };
 use armbridge_control::arm::Mounting;
 use armbridge_link::limits::Limits;
-use armbridge_link::message::{Drive, Missing, Mode, Record, Sample};
-use armbridge_link::message::{TickInput, TickOutput};
+use armbridge_link::message::{Drive, Missing, Mode, Record, Sample, TickInput, TickOutput};
 use armbridge_servo::JOINTS;
 use armbridge_sim::plant::PlantConfig;
 

@@ -6,8 +6,7 @@ use std::time::{Duration, Instant};
 
 use armbridge_client::Host;
 use armbridge_client::servo_bus::serial_device;
-use armbridge_client::session::{BoardMessage, CommandLink};
-use armbridge_client::session::{ChannelHost, Request};
+use armbridge_client::session::{BoardMessage, ChannelHost, CommandLink, Request};
 use armbridge_client::transport::{LinkUri, drive};
 use armbridge_link::message::{Command, Fault, Mode, ToHost};
 use armbridge_tests::channel_host::{Manned, options};

@@ -2,10 +2,9 @@
 
 use std::sync::{Arc, Mutex};
 
-use armbridge_client::Host;
-use armbridge_client::Tap;
 use armbridge_client::event::{Direction, EventKind, LinkDecoder};
 use armbridge_client::session::{ChannelHost, Request};
+use armbridge_client::{Host, Tap};
 use armbridge_link::message::{Command, Drive, Fault, Mode, StopSource, ToHost};
 use armbridge_sim::Bench;
 use armbridge_sim::link::{BoardUri, Options, drive};

@@ -1,11 +1,11 @@
 //! Any record is read back from the table.
 
 use armbridge_client::enum_names;
-use armbridge_link::message::{Drive, Guards, Missing, Mode, Record, Sample, Timing};
-use armbridge_link::message::{TickInput, TickOutput};
-use armbridge_log::CsvWriter;
-use armbridge_log::recording;
+use armbridge_link::message::{
+    Drive, Guards, Missing, Mode, Record, Sample, TickInput, TickOutput, Timing,
+};
 use armbridge_log::simulation::TrueState;
+use armbridge_log::{CsvWriter, recording};
 use armbridge_tests::synthetic;
 use serde::Deserialize;
 

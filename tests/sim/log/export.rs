@@ -11,8 +11,9 @@ use std::path::{Path, PathBuf};
 use armbridge_analysis::monte_carlo::Trial;
 use armbridge_analysis::plan_runner::Script;
 use armbridge_client::enum_names;
-use armbridge_link::message::{Guards, Mode, Record, Sample, Settings, Setup};
-use armbridge_link::message::{TickInput, TickOutput};
+use armbridge_link::message::{
+    Guards, Mode, Record, Sample, Settings, Setup, TickInput, TickOutput,
+};
 use armbridge_log::export::column::{self, Quantity, Values};
 use armbridge_log::export::{self, About, Format};
 use armbridge_log::inspect::settings;

@@ -7,10 +7,9 @@ use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_link::message::{Settings, Setup};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
-use armbridge_sim::Bench;
-use armbridge_sim::link;
 use armbridge_sim::link::{BoardUri, Options};
 use armbridge_sim::plant::{Plant, PlantConfig};
+use armbridge_sim::{Bench, link};
 use armbridge_tests::kill::python;
 
 use super::folder;

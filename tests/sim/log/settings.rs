@@ -7,10 +7,9 @@ use armbridge_link::message::Setup;
 use armbridge_log::inspect::Head;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::Reader;
-use armbridge_sim::Bench;
-use armbridge_sim::link;
 use armbridge_sim::link::{BoardUri, Options};
 use armbridge_sim::plant::{Plant, PlantConfig};
+use armbridge_sim::{Bench, link};
 use mcap::records::Record;
 
 use super::{facts, folder};

@@ -9,11 +9,10 @@ use armbridge_log::inspect::log::topics;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::{Reader, Row};
 use armbridge_log::simulation::{Push, TrueState};
-use armbridge_sim::Bench;
 use armbridge_sim::cosim::Interaction;
-use armbridge_sim::link;
 use armbridge_sim::link::{BoardUri, Options};
 use armbridge_sim::plant::{Plant, PlantConfig};
+use armbridge_sim::{Bench, link};
 
 use super::{facts, folder};
 

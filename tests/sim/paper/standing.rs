@@ -6,8 +6,7 @@ use armbridge_control::arm::{Parameters, State};
 use armbridge_control::controller::{DryFriction, Lqr, Setpoint, Weights};
 use armbridge_control::estimate::Config;
 use armbridge_link::limits::hard;
-use armbridge_servo::JOINTS;
-use armbridge_servo::Pwm;
+use armbridge_servo::{JOINTS, Pwm};
 use armbridge_sim::plant::{Plant, PlantConfig};
 use nalgebra::Vector2;
 

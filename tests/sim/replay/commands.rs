@@ -8,8 +8,9 @@ use armbridge_link::experiment::{Experiment, ExperimentEnd, Role};
 use armbridge_link::limits::Limits;
 use armbridge_link::message::{Command, Setup, ToBoard, ToHost};
 use armbridge_link::motion::{Motion, Via};
-use armbridge_tests::tapped_bench::assert_all_equal;
-use armbridge_tests::tapped_bench::{Action, ScriptedHost, recorded, replay, tapped_run};
+use armbridge_tests::tapped_bench::{
+    Action, ScriptedHost, assert_all_equal, recorded, replay, tapped_run,
+};
 use armbridge_tests::{computed_torque, plant};
 
 #[test]

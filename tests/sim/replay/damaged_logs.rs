@@ -8,9 +8,9 @@ use armbridge_link::message::{
 use armbridge_log::replay::{Changes, Verdict};
 use armbridge_tests::plant;
 use armbridge_tests::tapped_bench::{
-    Action, ScriptedHost, recorded, records, replay, replay_with, tapped_run,
+    Action, ScriptedHost, assert_all_equal, assert_equal, recorded, records, replay, replay_with,
+    tapped_run,
 };
-use armbridge_tests::tapped_bench::{assert_all_equal, assert_equal};
 
 fn demo() -> Vec<Event> {
     let script = Script::demo(Setup::default(), 1_000_000);

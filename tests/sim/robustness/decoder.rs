@@ -4,9 +4,8 @@ use std::fmt::Debug;
 
 use armbridge_link::frame::{Decoder, Encoder, FrameError, MAX, Message};
 use armbridge_link::message::{
-    Command, Drive, Guards, Mode, Record, Sample, Timing, ToBoard, ToHost,
+    Command, Drive, Guards, Mode, Record, Sample, TickInput, TickOutput, Timing, ToBoard, ToHost,
 };
-use armbridge_link::message::{TickInput, TickOutput};
 use armbridge_link::schema;
 use armbridge_tests::random::Random;
 use armbridge_tests::streams::checks::frames::frame;

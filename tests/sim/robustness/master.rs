@@ -1,13 +1,12 @@
 //! The bus master on a line with any input.
 
 use armbridge_link::message::Sample;
-use armbridge_servo::BYTE_US;
-use armbridge_servo::Pwm;
 use armbridge_servo::master::timing::GUARD_US;
 use armbridge_servo::master::{ExpectedReply, Master, Outcome, Transaction};
 use armbridge_servo::morpheus::{Request, ServoId};
 use armbridge_servo::serial_bus::SerialBus;
 use armbridge_servo::stop::{StopStep, brief_stop_step, stop_steps};
+use armbridge_servo::{BYTE_US, Pwm};
 use armbridge_tests::random::Random;
 use embedded_hal_nb::serial::ErrorKind;
 

@@ -8,9 +8,8 @@ use armbridge_link::message::{
     BoardReport, Command, Fault, Limits, Mode, PortCounters, Record, Settings, ToBoard, ToHost,
 };
 use armbridge_link::schema;
-use armbridge_servo::Firmware;
-use armbridge_servo::Pwm;
 use armbridge_servo::serial_bus::SerialBus;
+use armbridge_servo::{Firmware, Pwm};
 use armbridge_tests::random::Random;
 use armbridge_tests::streams::checks::frames::frame;
 

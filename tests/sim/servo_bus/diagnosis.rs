@@ -7,8 +7,7 @@ use armbridge_client::servo_bus::diagnosis::Refusal;
 use armbridge_client::servo_bus::master::BusError;
 use armbridge_client::servo_bus::request::Request;
 use armbridge_client::servo_table::{AX12A, MORPHEUS};
-use armbridge_servo::Alarms;
-use armbridge_servo::Firmware;
+use armbridge_servo::{Alarms, Firmware};
 
 use super::scripted_line::{FLUSH, FakeLine, client};
 

@@ -7,8 +7,7 @@ use armbridge_client::servo_bus::change::ChangeError;
 use armbridge_client::servo_bus::reading::{Taken, Value};
 use armbridge_client::servo_bus::scan::{Area, scan};
 use armbridge_client::servo_table::{AX12A, Access, MORPHEUS, Register, Unit};
-use armbridge_servo::Firmware;
-use armbridge_servo::Firmware as Kind;
+use armbridge_servo::{Firmware, Firmware as Kind};
 use armbridge_tests::served_servos::{MORPHEUS_ARM, STOCK_ARM, await_temperature, connect, serve};
 
 fn register(name: &str) -> &'static Register {

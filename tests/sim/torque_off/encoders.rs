@@ -6,8 +6,7 @@
 
 use armbridge_board::control_loop::limits::CHECK_PERIOD_MAX_US;
 use armbridge_link::message::{Command, Controller, Fault, Gains, Limits, Mode, Refusal, Setup};
-use armbridge_servo::Firmware;
-use armbridge_servo::JOINTS;
+use armbridge_servo::{Firmware, JOINTS};
 use armbridge_sim::faults::sensor::SensorFault;
 use armbridge_sim::plant::{PlantConfig, Push};
 use armbridge_tests::sinusoid;

@@ -2,8 +2,7 @@
 
 use armbridge_link::limits::hard;
 use armbridge_link::message::{Command, Fault, Limits, Mode, Setup};
-use armbridge_servo::Firmware;
-use armbridge_servo::JOINTS;
+use armbridge_servo::{Firmware, JOINTS};
 use armbridge_sim::faults::sensor::SensorFault;
 use armbridge_sim::plant::{PlantConfig, Push};
 use armbridge_tests::torque_off::cases::{all, check, run_cases};

@@ -6,8 +6,7 @@
 //! a long packet.
 
 use armbridge_link::message::{Command, Setup};
-use armbridge_servo::Firmware;
-use armbridge_servo::JOINTS;
+use armbridge_servo::{Firmware, JOINTS};
 use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::plant;
 use armbridge_tests::torque_off::cases::{all, run_cases};

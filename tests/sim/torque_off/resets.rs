@@ -2,8 +2,7 @@
 //! before.
 
 use armbridge_link::message::{Command, Fault, Mode, Setup};
-use armbridge_servo::Firmware;
-use armbridge_servo::JOINTS;
+use armbridge_servo::{Firmware, JOINTS};
 use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::plant;
 use armbridge_tests::torque_off::cases::{all, check, run_cases};

@@ -5,8 +5,7 @@ use armbridge_analysis::identify::{FitResult, Quantity};
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::{Parameters, State};
 use armbridge_link::message::{Record, Setup};
-use armbridge_servo::JOINTS;
-use armbridge_servo::Pwm;
+use armbridge_servo::{JOINTS, Pwm};
 use armbridge_sim::plant::{Body, Friction, PlantConfig};
 use nalgebra::Vector2;
 

@@ -6,10 +6,8 @@ use std::rc::Rc;
 
 use armbridge_board::bridge::gateway::ClientLine;
 use armbridge_client::servo_table::{AX12A, MORPHEUS};
-use armbridge_servo::Alarms;
-use armbridge_servo::Firmware;
-use armbridge_servo::morpheus;
 use armbridge_servo::protocol1::{BROADCAST, Instruction, Status, frame};
+use armbridge_servo::{Alarms, Firmware, morpheus};
 use armbridge_sim::cosim::PortClient;
 
 /// How long a client waits for an answer before it goes on, in µs: what the

@@ -5,9 +5,8 @@ use armbridge_link::experiment::{Conclusion, Experiment, ExperimentEnd, Role};
 use armbridge_link::frame::{Encoder, Message};
 use armbridge_link::message::{
     Command, Drive, Guards, Hello, Missing, Mode, Moment, PortCounters, Record, Refusal, Sample,
-    Settings, Setup, Timing, ToBoard, ToHost,
+    Settings, Setup, TickInput, TickOutput, Timing, ToBoard, ToHost,
 };
-use armbridge_link::message::{TickInput, TickOutput};
 use armbridge_link::motion::{Motion, Via};
 use armbridge_servo::Firmware;
 

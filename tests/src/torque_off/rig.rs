@@ -3,9 +3,7 @@
 
 use armbridge_board::bridge::Channels;
 use armbridge_link::message::{Command, Fault, Mode, Refusal, ToHost};
-use armbridge_servo::Firmware;
-use armbridge_servo::JOINTS;
-use armbridge_servo::Pwm;
+use armbridge_servo::{Firmware, JOINTS, Pwm};
 use armbridge_sim::Bench;
 use armbridge_sim::board::{Board, Input, Output, VirtualBoard, Wake};
 use armbridge_sim::cosim::Cosim;

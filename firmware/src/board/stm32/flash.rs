@@ -12,10 +12,9 @@
 //! which hide most of that. A write changes a cached word too; erasing does not (section
 //! 3.5.4), so that the data cache is flushed after it.
 
-use embassy_stm32::Peri;
 use embassy_stm32::flash::{Blocking, Flash, MAX_ERASE_SIZE, READ_SIZE, WRITE_SIZE};
-use embassy_stm32::pac;
 use embassy_stm32::peripherals::FLASH;
+use embassy_stm32::{Peri, pac};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
     check_write,

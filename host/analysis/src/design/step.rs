@@ -1,7 +1,6 @@
 //! Step responses of a set-up: of the linear loop and of the simulated bench.
 
-use armbridge_client::enum_names;
-use armbridge_client::refusal_text;
+use armbridge_client::{enum_names, refusal_text};
 use armbridge_control::actuator::Joint;
 use armbridge_link::message::{Mode, Record, Refusal, Setup};
 use armbridge_servo::JOINTS;

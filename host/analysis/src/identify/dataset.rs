@@ -1,8 +1,7 @@
 //! Data of a fit: PWM sent to the servos, encoder counts, and windows in which a joint
 //! slides.
 
-use armbridge_servo::JOINTS;
-use armbridge_servo::Pwm;
+use armbridge_servo::{JOINTS, Pwm};
 
 use super::arm::KnownParameters;
 

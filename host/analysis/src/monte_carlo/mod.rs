@@ -17,9 +17,8 @@ pub use outcome::{Joints, Outcome, REST_S};
 pub use table::table;
 
 use armbridge_board::bridge::Channels;
-use armbridge_client::Host;
-use armbridge_client::Tap;
 use armbridge_client::tap::Tapped;
+use armbridge_client::{Host, Tap};
 use armbridge_link::message::{Command, Record};
 use armbridge_servo::JOINTS;
 use armbridge_sim::Bench;

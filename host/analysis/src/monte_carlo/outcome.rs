@@ -3,8 +3,7 @@
 use armbridge_client::enum_names;
 use armbridge_link::message::{Record, Sample};
 use armbridge_log::summary::SETTLED_RAD;
-use armbridge_servo::JOINTS;
-use armbridge_servo::Pwm;
+use armbridge_servo::{JOINTS, Pwm};
 use serde::Serialize;
 
 use super::{Run, Trial, Truth};

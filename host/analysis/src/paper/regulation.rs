@@ -5,8 +5,7 @@ use armbridge_control::arm::{Discrete, State};
 use armbridge_control::controller::Lqr;
 use armbridge_control::estimate::Estimator;
 use armbridge_log::summary::SETTLED_RAD;
-use armbridge_servo::JOINTS;
-use armbridge_servo::Pwm;
+use armbridge_servo::{JOINTS, Pwm};
 use armbridge_sim::plant::{Friction, PlantConfig};
 use nalgebra::{Vector2, Vector4};
 

@@ -14,8 +14,7 @@ use armbridge_control::arm::{Parameters, State};
 use armbridge_control::controller::{DryFriction, Lqr, Setpoint};
 use armbridge_control::estimate::Estimator;
 use armbridge_link::limits::hard;
-use armbridge_servo::JOINTS;
-use armbridge_servo::Pwm;
+use armbridge_servo::{JOINTS, Pwm};
 use armbridge_sim::plant::{Friction, Plant, PlantConfig};
 use nalgebra::Vector2;
 

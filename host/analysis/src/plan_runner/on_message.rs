@@ -5,10 +5,9 @@ use armbridge_link::message::{BoardReport, Command, Mode, Record, Refusal, Setti
 use armbridge_sim::cosim::Interaction;
 use armbridge_sim::plant::Push;
 
-use super::PlanError;
 use super::plan::{self, InitialSettings};
 use super::timeline::Timeline;
-use super::{Phase, PlanRunner, RecordSink};
+use super::{Phase, PlanError, PlanRunner, RecordSink};
 
 /// Time in µs for which an armed board may report idle: records from before it was
 /// armed may arrive after the acknowledgement.

@@ -1,8 +1,7 @@
 //! Collects a [`Run`] for the figures, event by event, in bounded memory.
 
-use armbridge_client::LinkStats;
-use armbridge_client::enum_names;
 use armbridge_client::event::{Event, EventKind};
+use armbridge_client::{LinkStats, enum_names};
 use armbridge_link::message::{Command, Record, Settings, ToBoard, ToHost};
 use armbridge_log::record_values::{error_rad, reference_rad};
 use armbridge_log::run_info::RunFacts;

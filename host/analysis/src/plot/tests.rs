@@ -1,7 +1,8 @@
 //! Runs as they are read for figures, of logs made tick by tick.
 
-use armbridge_link::message::{Drive, Mode, Record, Sample, Settings, Timing};
-use armbridge_link::message::{TickInput, TickOutput};
+use armbridge_link::message::{
+    Drive, Mode, Record, Sample, Settings, TickInput, TickOutput, Timing,
+};
 use armbridge_log::record_values::error_rad;
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::simulation::Push;

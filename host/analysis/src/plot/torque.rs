@@ -5,8 +5,7 @@
 //! axis on the right has the values themselves.
 
 use armbridge_log::run_info::PWM_MAX;
-use armbridge_servo::JOINTS;
-use armbridge_servo::Pwm;
+use armbridge_servo::{JOINTS, Pwm};
 
 use super::axis::Axis;
 use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};

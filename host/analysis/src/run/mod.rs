@@ -25,11 +25,8 @@ use std::path::Path;
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
-use armbridge_client::Host;
-use armbridge_client::ctrl_c;
-use armbridge_client::enum_names;
 use armbridge_client::simulation::SimulationEvent;
-use armbridge_client::{LinkError, Tap};
+use armbridge_client::{Host, LinkError, Tap, ctrl_c, enum_names};
 use armbridge_log::LogError;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;

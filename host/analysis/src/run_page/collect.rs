@@ -2,9 +2,8 @@
 
 use std::path::Path;
 
-use armbridge_client::LinkStats;
-use armbridge_client::enum_names;
 use armbridge_client::simulation::{Push, TrueState};
+use armbridge_client::{LinkStats, enum_names};
 use armbridge_link::message::{Record, Settings};
 use armbridge_log::record_values::{self, in_closed_loop, once_up};
 use armbridge_log::recording::{ReadError, Reader};

@@ -2,15 +2,13 @@
 
 use std::path::Path;
 
-use armbridge_client::params;
-use armbridge_client::shell_text;
+use armbridge_client::{params, shell_text};
 use armbridge_link::message::Settings;
 use armbridge_log::summary::SegmentSummary;
 use maud::{Markup, PreEscaped, html};
 
 use super::collect::Collected;
-use super::headline;
-use super::{FILE, PageInput};
+use super::{FILE, PageInput, headline};
 use crate::html::{self, unbroken};
 
 const STYLE: &str = include_str!("page.css");

@@ -4,8 +4,7 @@
 use std::collections::VecDeque;
 
 use armbridge_client::event::EventKind;
-use armbridge_client::params;
-use armbridge_client::{fault_text, refusal_text};
+use armbridge_client::{fault_text, params, refusal_text};
 use armbridge_link::message::{Command, Mode, Moment, Refusal, Settings, ToBoard, ToHost, Trip};
 use armbridge_log::event_text;
 use armbridge_log::proto::Severity;
@@ -269,8 +268,7 @@ pub(super) fn fault_in_words(trip: &Trip) -> String {
 
 #[cfg(test)]
 mod tests {
-    use armbridge_link::message::Record;
-    use armbridge_link::message::TickInput;
+    use armbridge_link::message::{Record, TickInput};
 
     use super::*;
 

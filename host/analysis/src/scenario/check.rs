@@ -4,13 +4,11 @@
 use std::path::Path;
 
 use armbridge_board::bridge::SERVO_IDS;
-use armbridge_client::enum_names;
-use armbridge_client::params;
 use armbridge_client::toml_file::DocumentError;
+use armbridge_client::{enum_names, params};
 use armbridge_control::arm::State;
 use armbridge_link::message::Settings;
-use armbridge_servo::Firmware;
-use armbridge_servo::JOINTS;
+use armbridge_servo::{Firmware, JOINTS};
 use armbridge_sim::plant::{BuiltinPlant, KeyConflict, PlantConfig, PlantError, PlantFile, Push};
 use armbridge_sim::servo_kind::ServoKind;
 use nalgebra::Vector2;

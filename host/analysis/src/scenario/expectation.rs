@@ -168,8 +168,7 @@ fn miss(
 
 #[cfg(test)]
 mod tests {
-    use armbridge_link::message::{Drive, Mode};
-    use armbridge_link::message::{TickInput, TickOutput};
+    use armbridge_link::message::{Drive, Mode, TickInput, TickOutput};
 
     use super::*;
 

@@ -4,9 +4,8 @@ use std::fmt;
 use std::ops::Range;
 use std::path::Path;
 
-use armbridge_client::params;
-use armbridge_client::toml_file;
 use armbridge_client::toml_file::DocumentError;
+use armbridge_client::{params, toml_file};
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue};
 

@@ -69,9 +69,8 @@ pub use preview::{JointPreview, Preview, ReferencePoint, Stage};
 
 use std::path::{Path, PathBuf};
 
-use armbridge_client::enum_names;
-use armbridge_client::params;
 use armbridge_client::toml_file::{self, DocumentError};
+use armbridge_client::{enum_names, params};
 use armbridge_link::message::Settings;
 use armbridge_log::run_info::RunFacts;
 use armbridge_servo::JOINTS;

@@ -5,9 +5,8 @@ mod stream;
 use armbridge_board::bridge::limits::MOTION;
 use armbridge_board::bridge::permits;
 use armbridge_client::refusal_text;
-use armbridge_control::trajectory::Reference;
 use armbridge_control::trajectory::{
-    DURATION_MAX_S, DURATION_MIN_S, Error, FREQUENCY_MAX_HZ, Peak, Trajectory,
+    DURATION_MAX_S, DURATION_MIN_S, Error, FREQUENCY_MAX_HZ, Peak, Reference, Trajectory,
 };
 use armbridge_link::experiment::{Experiment, Measure, Objection};
 use armbridge_link::limits::Limits;

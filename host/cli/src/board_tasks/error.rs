@@ -1,9 +1,8 @@
 //! Why a task ended without its result: one sentence, with a remedy.
 
 use armbridge_client::error::SessionError;
-use armbridge_client::fault_text;
-use armbridge_client::refusal_text;
 use armbridge_client::status::Obstacle;
+use armbridge_client::{fault_text, refusal_text};
 use armbridge_link::message::{Refusal, Trip};
 
 use super::calibrate::{MotorError, Unusable};

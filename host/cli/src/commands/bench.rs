@@ -6,10 +6,9 @@ mod setup;
 use std::path::Path;
 use std::process::ExitCode;
 
-use armbridge_analysis::monte_carlo;
 use armbridge_analysis::monte_carlo::{Maneuver, Outcome as Trialled, Run, Trial};
-use armbridge_analysis::plot;
 use armbridge_analysis::progress::Progress;
+use armbridge_analysis::{monte_carlo, plot};
 use armbridge_client::{ctrl_c, stdio};
 use armbridge_link::message::Setup;
 use armbridge_log::CsvWriter;
@@ -17,8 +16,7 @@ use armbridge_log::output_file::OutputFile;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::Row;
 use armbridge_log::run_info::RunFacts;
-use armbridge_servo::JOINTS;
-use armbridge_servo::Pwm;
+use armbridge_servo::{JOINTS, Pwm};
 use armbridge_sim::plant::{PlantConfig, PlantFile, Push};
 use serde::Serialize;
 

@@ -4,11 +4,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use armbridge_client::{ctrl_c, stdio};
-use armbridge_log::export;
 use armbridge_log::export::Format;
 use armbridge_log::inspect::{Head, log as inspect};
-use armbridge_log::output_file;
 use armbridge_log::output_file::OutputFile;
+use armbridge_log::{export, output_file};
 use clap::{Args, ValueEnum};
 
 use super::{Outcome, log};

@@ -9,8 +9,7 @@ use armbridge_analysis::progress::Progress;
 use armbridge_client::{ctrl_c, stdio};
 use armbridge_servo::Firmware;
 use armbridge_sim::fault_campaign;
-use armbridge_sim::fault_campaign::Kind;
-use armbridge_sim::fault_campaign::{Case, Report};
+use armbridge_sim::fault_campaign::{Case, Kind, Report};
 use clap::{Args, ValueEnum};
 
 use super::Outcome;

@@ -13,9 +13,8 @@ use armbridge_analysis::identify::{
     Checks, Diagnosis, FitResult, KnownParameters, PAGE_NAME, Prior, Report, Tally, Trace,
     identified_settings, identify, traces,
 };
-use armbridge_client::params;
 use armbridge_client::params::Parameter;
-use armbridge_client::stdio;
+use armbridge_client::{params, stdio};
 use armbridge_link::message::Settings;
 use armbridge_log::inspect::Log;
 use armbridge_log::output_file;

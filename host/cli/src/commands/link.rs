@@ -1,9 +1,8 @@
 //! The link of a command's `--link`, or the configured one.
 
 use armbridge::config::Config;
-use armbridge_client::Host;
-use armbridge_client::ctrl_c;
 use armbridge_client::transport::Intent;
+use armbridge_client::{Host, ctrl_c};
 use armbridge_sim::Bench;
 use armbridge_sim::link::{BoardUri, Options, drive};
 use armbridge_sim::plant::{Plant, PlantConfig};

@@ -5,21 +5,19 @@ use std::process::ExitCode;
 
 use armbridge::config;
 use armbridge::config::Config;
-use armbridge_client::params;
 use armbridge_client::params::settings_exchange::Exchange;
 use armbridge_client::params::{Parameter, to_text};
-use armbridge_client::stdio;
 use armbridge_client::toml_file::Document;
 use armbridge_client::transport::Intent;
+use armbridge_client::{params, stdio};
 use armbridge_link::message::Settings;
 use armbridge_log::text_table;
 use clap::Args;
 use serde_json::{Value, json};
 use toml::Value as TomlValue;
 
-use super::Error;
 use super::params_exchange::{ExchangeOptions, apply};
-use super::{Outcome, link};
+use super::{Error, Outcome, link};
 use crate::args::LinkArgs;
 use crate::args::suggestions::keys;
 

@@ -3,12 +3,10 @@
 use std::process::ExitCode;
 
 use armbridge::config::Config;
-use armbridge_client::params;
 use armbridge_client::params::settings_exchange::{Exchange, Exchanged, commands};
 use armbridge_client::params::to_text;
-use armbridge_client::refusal_text;
-use armbridge_client::stdio;
 use armbridge_client::transport::Intent;
+use armbridge_client::{params, refusal_text, stdio};
 use armbridge_link::message::{Command, Settings};
 use armbridge_log::text_table;
 use armbridge_sim::link::BoardUri;

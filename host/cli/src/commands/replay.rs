@@ -1,13 +1,10 @@
 //! `armbridge replay`: a log's inputs, run through the board's code again.
 
-use std::path::Path;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use armbridge_client::params;
-use armbridge_client::stdio;
-use armbridge_client::toml_file;
+use armbridge_client::{params, stdio, toml_file};
 use armbridge_log::recording::Reader;
 use armbridge_log::replay::{Changes, Replayer, Report, Verdict};
 use clap::Args;

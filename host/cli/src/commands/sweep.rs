@@ -11,9 +11,8 @@ use armbridge_analysis::progress::Progress;
 use armbridge_analysis::run_folder::RunFolder;
 use armbridge_analysis::scenario::{Scenario, ScenarioText};
 use armbridge_analysis::sweep::{Axis, AxisError, Combination, RUNS_MAX, Sweep, combinations};
-use armbridge_client::ctrl_c;
-use armbridge_client::stdio;
 use armbridge_client::stdio::Stdout;
+use armbridge_client::{ctrl_c, stdio};
 use clap::Args;
 use serde_json::json;
 

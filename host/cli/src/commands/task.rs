@@ -4,10 +4,7 @@ use std::process::ExitCode;
 
 use armbridge::board_tasks::{Task, TaskHost};
 use armbridge::config::Config;
-use armbridge_client::LinkError;
-use armbridge_client::ctrl_c;
-use armbridge_client::enum_names;
-use armbridge_client::stdio;
+use armbridge_client::{LinkError, ctrl_c, enum_names, stdio};
 use armbridge_sim::link::{BoardUri, Options, Pace, drive};
 use serde_json::json;
 

@@ -2,8 +2,7 @@
 //! [parameters](armbridge_client::params).
 
 use armbridge_analysis::run_folder::DEFAULT_BASE;
-use armbridge_sim::link::BoardUri;
-use armbridge_sim::link::CHOICES;
+use armbridge_sim::link::{BoardUri, CHOICES};
 use toml::Value;
 
 /// One of the host's own keys.

@@ -25,10 +25,9 @@ mod tests;
 pub use explain::explain;
 pub use keys::{KEYS, Key};
 
-use std::env;
-use std::fmt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use std::{env, fmt};
 
 use armbridge_client::params;
 use armbridge_client::params::{InvalidSettings, ParameterError};

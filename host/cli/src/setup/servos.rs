@@ -221,8 +221,7 @@ fn other_one(id: u8) -> Finding {
 #[cfg(test)]
 mod tests {
     use armbridge_client::servo_bus::scan::{Details, Found, ScanError};
-    use armbridge_servo::Alarms;
-    use armbridge_servo::Firmware;
+    use armbridge_servo::{Alarms, Firmware};
 
     use super::*;
 

@@ -5,10 +5,9 @@ use std::collections::VecDeque;
 use armbridge_link::message::{Command, Refusal, Settings};
 use armbridge_link::server::LinkRole;
 
-use crate::Host;
-use crate::ctrl_c;
 use crate::error::SessionError;
 use crate::session::{Request, Session};
+use crate::{Host, ctrl_c};
 
 /// Timeout of a board that has answered before.
 const SILENCE_US: u64 = 3_000_000;

@@ -8,9 +8,8 @@
 use std::io;
 use std::time::{Duration, Instant};
 
-use armbridge_servo::Alarms;
-use armbridge_servo::Firmware;
 use armbridge_servo::morpheus::{self, HEADER};
+use armbridge_servo::{Alarms, Firmware};
 
 use super::diagnosis::{Diagnosis, Refusal};
 use super::line::Line;

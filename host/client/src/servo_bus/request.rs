@@ -2,12 +2,11 @@
 
 use std::time::Duration;
 
-use armbridge_servo::Firmware;
-use armbridge_servo::Pwm;
 use armbridge_servo::morpheus::safe_read::{self, Plan};
 use armbridge_servo::morpheus::{Frame, MASTER, Request as Morpheus, ServoId, frame};
 use armbridge_servo::protocol1::Instruction;
 use armbridge_servo::protocol1::frame::FRAME_MAX;
+use armbridge_servo::{Firmware, Pwm};
 
 use crate::servo_table::{Register, Storage};
 

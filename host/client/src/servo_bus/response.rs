@@ -1,9 +1,8 @@
 //! Received bytes of an exchange: echo, packets, and the rest.
 
-use armbridge_servo::Alarms;
 use armbridge_servo::protocol::PacketError;
 use armbridge_servo::protocol1::frame::FRAME_MAX;
-use armbridge_servo::{Firmware, ReplyParser};
+use armbridge_servo::{Alarms, Firmware, ReplyParser};
 
 use super::diagnosis::{Diagnosis, REFUSING, Refusal};
 use super::request::Request;

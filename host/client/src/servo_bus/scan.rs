@@ -7,8 +7,7 @@
 use std::io;
 use std::ops::RangeInclusive;
 
-use armbridge_servo::Alarms;
-use armbridge_servo::Firmware;
+use armbridge_servo::{Alarms, Firmware};
 
 use super::line::Line;
 use super::master::{BusError, BusMaster};

@@ -10,8 +10,7 @@
 //! | `speed`    | of the motion, 1..=10 | present speed, without sign             |
 //! | `pwm`      | the PWM               | its low byte; the high byte is always 0 |
 
-use armbridge_servo::Alarms;
-use armbridge_servo::Firmware;
+use armbridge_servo::{Alarms, Firmware};
 
 use super::diagnosis::Diagnosis;
 use super::line::Line;

@@ -11,8 +11,7 @@ pub mod alarms;
 mod ax12a;
 mod morpheus;
 
-use armbridge_servo::Alarms;
-use armbridge_servo::Firmware;
+use armbridge_servo::{Alarms, Firmware};
 pub use ax12a::AX12A;
 pub use morpheus::MORPHEUS;
 

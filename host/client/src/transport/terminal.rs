@@ -6,11 +6,10 @@ use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use super::{LinkUri, TransportError};
-use crate::ctrl_c;
 use crate::pty::{Pty, Ready};
 use crate::servo_bus::Line;
 use crate::servo_bus::line::read_chunk;
-use crate::stdio;
+use crate::{ctrl_c, stdio};
 
 /// Interval between two checks whether it is open.
 const LOOK: Duration = Duration::from_millis(20);

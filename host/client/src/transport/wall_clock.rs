@@ -21,9 +21,8 @@ use super::open::Opener;
 use super::role::RoleKeeper;
 use super::stop_socket::{BoardKey, StopRelay};
 use super::{LinkError, LinkOptions, LinkUri, TransportError};
-use crate::Host;
 use crate::servo_bus::Line;
-use crate::stdio;
+use crate::{Host, stdio};
 
 /// Longest wait for bytes: with the coarse timeouts of a socket (4 ms) and a busy
 /// machine, the host still sends every 20 ms.

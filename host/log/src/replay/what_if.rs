@@ -8,9 +8,8 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use armbridge_client::enum_names;
-use armbridge_client::params;
 use armbridge_client::params::ParameterError;
+use armbridge_client::{enum_names, params};
 use armbridge_link::message::{Record, Settings, TickOutput};
 use armbridge_servo::JOINTS;
 use serde::Serialize;

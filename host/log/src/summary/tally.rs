@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use armbridge_client::LinkStats;
-use armbridge_client::enum_names;
 use armbridge_client::simulation::Push;
+use armbridge_client::{LinkStats, enum_names};
 use armbridge_link::message::{Drive, Fault, Record, Sample};
 use armbridge_servo::JOINTS;
 

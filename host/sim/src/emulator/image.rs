@@ -9,10 +9,9 @@
 //!
 //! An image is known by the checksum of its bytes in flash, see [`FlashImage`].
 
-use std::fmt;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
+use std::{fmt, io};
 
 use armbridge_client::flash_image::FlashImage;
 

@@ -8,8 +8,7 @@ use armbridge_board::control_loop::limits::CHECK_PERIOD_MAX_US;
 use armbridge_control::actuator::Direction;
 use armbridge_control::arm::State;
 use armbridge_link::message::{Command, Limits, Setup};
-use armbridge_servo::Firmware;
-use armbridge_servo::JOINTS;
+use armbridge_servo::{Firmware, JOINTS};
 use nalgebra::Vector2;
 use serde::Serialize;
 

@@ -7,10 +7,9 @@ use std::fmt;
 
 use armbridge_control::estimate::Config;
 use armbridge_link::message::{Controller, Gains, Setup};
-use armbridge_servo::Firmware;
-use armbridge_servo::JOINTS;
 use armbridge_servo::master::Readiness;
 use armbridge_servo::master::timing::tick_us;
+use armbridge_servo::{Firmware, JOINTS};
 use serde::Serialize;
 
 /// Estimator and controller.

@@ -7,8 +7,7 @@ use armbridge_client::event::{Direction, Event, LinkDecoder};
 use armbridge_link::board::HELLO_BITS;
 use armbridge_link::frame::Decoder;
 use armbridge_link::message::{BoardReport, End, LastEnd, Mode, OffReport, Record, ToHost};
-use armbridge_servo::JOINTS;
-use armbridge_servo::Pwm;
+use armbridge_servo::{JOINTS, Pwm};
 
 use super::fixture::Ends;
 use crate::board::{Board, Input, Output, VirtualBoard, Wake};

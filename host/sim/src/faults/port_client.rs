@@ -6,9 +6,8 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use armbridge_board::bridge::gateway::ClientLine;
-use armbridge_servo::Firmware;
-use armbridge_servo::morpheus;
 use armbridge_servo::protocol1::{BROADCAST, Instruction};
+use armbridge_servo::{Firmware, morpheus};
 
 use crate::cosim::PortClient;
 

@@ -4,8 +4,7 @@ use core::f64::consts::FRAC_PI_2;
 
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::{Parameters, State};
-use armbridge_servo::JOINTS;
-use armbridge_servo::Pwm;
+use armbridge_servo::{JOINTS, Pwm};
 use nalgebra::Vector2;
 
 use super::body::Friction;

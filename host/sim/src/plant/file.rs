@@ -14,9 +14,8 @@ pub use keys::KEYS;
 
 use std::path::Path;
 
-use armbridge_client::params;
-use armbridge_client::toml_file;
 use armbridge_client::toml_file::{Document, DocumentError};
+use armbridge_client::{params, toml_file};
 use armbridge_control::arm::{Mounting, Parameters, State};
 use armbridge_servo::JOINTS;
 use nalgebra::Vector2;

@@ -5,9 +5,8 @@ mod garbage;
 mod motion;
 mod timing;
 
-use armbridge_servo::Alarms;
-use armbridge_servo::Firmware;
 use armbridge_servo::protocol1::{BROADCAST, Instruction};
+use armbridge_servo::{Alarms, Firmware};
 
 use crate::Bench;
 use crate::half_duplex_bus::ReceivedByte;

@@ -24,8 +24,7 @@ use super::signals::{SignalCounters, SignalReader};
 use crate::control_loop::reference::StartPoint;
 use armbridge_link::experiment::Conclusion;
 use armbridge_link::message::{Missing, Moment, OffReport, PortCounters, Record, Refusal, Trip};
-use armbridge_servo::Firmware;
-use armbridge_servo::JOINTS;
+use armbridge_servo::{Firmware, JOINTS};
 
 /// Commands that fit between two ticks. A spsc queue holds one less than this.
 const REQUESTS: usize = 8;

@@ -55,8 +55,7 @@ mod signals;
 pub mod supply;
 mod temperature;
 
-pub use crate::control_loop::limits;
-pub use crate::control_loop::{can_run, permits, settings_refusal};
+pub use crate::control_loop::{can_run, limits, permits, settings_refusal};
 pub use channels::{BridgeEnd, Channels, LinkEnd, QueueWatch};
 pub use link_port::LinkPort;
 
@@ -70,8 +69,7 @@ pub use app_core::MemoryRegion;
 use app_core::{Core, TickSamples};
 use armbridge_link::message::{Fault, Mode, Record, Refusal, Settings};
 use armbridge_link::record::Violation;
-use armbridge_servo::JOINTS;
-use armbridge_servo::ServoId;
+use armbridge_servo::{JOINTS, ServoId};
 use gateway::Gateway;
 use supply::{Supply, SupplyPermission};
 use temperature::Temperatures;

@@ -12,8 +12,7 @@
 use armbridge_link::limits::hard;
 use armbridge_link::message::{Fault, Limits};
 use armbridge_link::record::Violation;
-use armbridge_servo::Firmware;
-use armbridge_servo::JOINTS;
+use armbridge_servo::{Firmware, JOINTS};
 
 /// Margin in °C by which a stock servo must have cooled.
 const COOLED_C: u16 = 5;

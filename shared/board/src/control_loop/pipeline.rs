@@ -11,8 +11,7 @@ use armbridge_control::actuator::{Command, Joint};
 use armbridge_control::arm::State;
 use armbridge_control::check_word::CheckWord;
 use armbridge_control::trajectory::Reference;
-use armbridge_servo::JOINTS;
-use armbridge_servo::Pwm;
+use armbridge_servo::{JOINTS, Pwm};
 
 /// A command to the servos, and the torque that it produces.
 #[derive(Clone, Copy, Debug, PartialEq)]

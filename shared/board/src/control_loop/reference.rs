@@ -10,9 +10,8 @@
 
 use super::limits::MOTION;
 use armbridge_control::check_word::{CheckWord, Checked, checked};
-use armbridge_control::trajectory::Reference;
 use armbridge_control::trajectory::stream::{self, Point, Stream};
-use armbridge_control::trajectory::{self, Peak, Trajectory};
+use armbridge_control::trajectory::{self, Peak, Reference, Trajectory};
 use armbridge_link::message::Refusal;
 use nalgebra::Vector2;
 

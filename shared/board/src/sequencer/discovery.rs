@@ -10,9 +10,8 @@
 //! The stop sequence precedes any request at a speed.
 
 use armbridge_link::message::{Missing, Sample};
-use armbridge_servo::Firmware;
-use armbridge_servo::JOINTS;
 use armbridge_servo::port::BAUD_RATES;
+use armbridge_servo::{Firmware, JOINTS};
 
 /// Progress of the search.
 #[derive(Clone, Copy, Debug, Default)]

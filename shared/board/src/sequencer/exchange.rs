@@ -1,11 +1,9 @@
 //! The exchange of a tick: a torque with permission to drive, and motors off otherwise.
 
 use super::{BusPermission, BusSequencer, Dropouts, State};
-use armbridge_servo::Firmware;
-use armbridge_servo::JOINTS;
-use armbridge_servo::Pwm;
 use armbridge_servo::bus::Bus;
 use armbridge_servo::master::Transaction;
+use armbridge_servo::{Firmware, JOINTS, Pwm};
 
 /// Ticks without a reply after which a servo may be wedged.
 const SILENT_TICKS: u32 = 3;

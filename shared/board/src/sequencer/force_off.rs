@@ -34,8 +34,7 @@
 //! reports its outcome.
 
 use armbridge_link::message::{OffReport, OffState, Sample};
-use armbridge_servo::Firmware;
-use armbridge_servo::JOINTS;
+use armbridge_servo::{Firmware, JOINTS};
 
 /// Time in µs from the end of a stop sequence to the next while a servo is not confirmed
 /// off. Between them the ticks command it off, and read back.

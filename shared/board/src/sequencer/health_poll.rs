@@ -19,10 +19,8 @@
 //! a tick is never late for its temperature.
 
 use super::dropouts::Dropouts;
-use armbridge_servo::Alarms;
-use armbridge_servo::JOINTS;
 use armbridge_servo::master::Payload;
-use armbridge_servo::{Firmware, Query, ServoId};
+use armbridge_servo::{Alarms, Firmware, JOINTS, Query, ServoId};
 
 /// Interval from one temperature to the next, of the other servo. A motor's winding heats
 /// up in tens of seconds.

@@ -78,12 +78,11 @@ pub(crate) use state::{SearchStep, State};
 pub use time_budget::TimeBudget;
 
 use armbridge_link::message::OffReport;
-use armbridge_servo::JOINTS;
 use armbridge_servo::bus::Bus;
 use armbridge_servo::master::timing::tick_us;
 use armbridge_servo::master::{Master, Payload};
 use armbridge_servo::port::BAUD_RATES;
-use armbridge_servo::{Firmware, ServoId};
+use armbridge_servo::{Firmware, JOINTS, ServoId};
 use discovery::Discovery;
 use force_off::ForceOff;
 use health_poll::HealthPoll;

@@ -12,9 +12,8 @@
 //! release, until reset.
 
 use super::setup_step::{SavedConfig, ServoSettings, SetupGoal, SetupStep, Step};
-use armbridge_servo::JOINTS;
 use armbridge_servo::master::timing::CONTROL_STEP_US;
-use armbridge_servo::{Packet, ServoId};
+use armbridge_servo::{JOINTS, Packet, ServoId};
 
 /// Time without requests after a write to a servo's EEPROM, in µs. The e-Manual
 /// does not specify it; an `ATmega8`, which AX-12A have had, takes

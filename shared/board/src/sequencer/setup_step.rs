@@ -2,10 +2,9 @@
 
 use heapless::Vec;
 
-use armbridge_servo::JOINTS;
-use armbridge_servo::Packet;
 use armbridge_servo::master::timing::RETURN_DELAY_US;
 use armbridge_servo::protocol1::{Instruction, register};
+use armbridge_servo::{JOINTS, Packet};
 
 /// Bytes that are read at once: return delay through torque enable.
 const SETTINGS_BYTES: u8 = register::TORQUE_ENABLE - register::RETURN_DELAY + 1;

@@ -4,9 +4,8 @@ use super::health_poll::Health;
 use super::setup_step::SetupStep;
 use crate::flow_token::FlowToken;
 use armbridge_link::message::Missing;
-use armbridge_servo::Firmware;
-use armbridge_servo::JOINTS;
 use armbridge_servo::master::Outcome;
+use armbridge_servo::{Firmware, JOINTS};
 
 /// The supervisor's permission for the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,12 +7,10 @@ use super::setup_step::{SetupGoal, SetupStep};
 use super::{BusEvent, BusPermission, BusSequencer, Discovery, SearchStep, State};
 use crate::flow_token::{FlowToken, Machine};
 use armbridge_link::message::{Missing, Sample};
-use armbridge_servo::ExpectedReply;
-use armbridge_servo::Firmware;
-use armbridge_servo::JOINTS;
 use armbridge_servo::bus::Bus;
 use armbridge_servo::master::timing::reply_latency_us;
 use armbridge_servo::master::{Outcome, Transaction};
+use armbridge_servo::{ExpectedReply, Firmware, JOINTS};
 
 /// Pause between two attempts to find the servos, in µs. It is short: each attempt begins
 /// with a stop, which a servo may need.

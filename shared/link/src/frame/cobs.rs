@@ -59,7 +59,8 @@ mod tests {
     use super::*;
     use proptest::collection::vec as vec_of;
     use proptest::prelude::*;
-    use std::{vec, vec::Vec};
+    use std::vec;
+    use std::vec::Vec;
 
     proptest! {
         /// Both ways agree with the implementation that others use.

@@ -92,14 +92,11 @@ pub use super::exchange::Readiness;
 pub use super::transaction::{Outcome, Transaction};
 pub use receiver::Payload;
 
-use super::Alarms;
-use super::ServoId;
 use super::bus::{Bus, SEND_MAX, Transmission};
 use super::exchange::{GUARD_US, Line};
 use super::port::bytes_us;
-use super::{Firmware, Missing, Sample};
-use crate::JOINTS;
-use crate::Pwm;
+use super::{Alarms, Firmware, Missing, Sample, ServoId};
+use crate::{JOINTS, Pwm};
 use core::convert::Infallible;
 use echo::Echo;
 use receiver::Receiver;

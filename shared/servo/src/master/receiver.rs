@@ -1,11 +1,10 @@
 //! Receiver of the replies to a request: decodes bytes, and records the cause of missing
 //! replies.
 
-use super::super::Alarms;
 use super::super::dispatch::ReplyParser;
 use super::super::exchange::{ExpectedReplies, ReplyContent};
 use super::super::protocol::{PacketError, Reply};
-use super::super::{ExpectedReply, Firmware, Missing, Sample, ServoId};
+use super::super::{Alarms, ExpectedReply, Firmware, Missing, Sample, ServoId};
 use crate::JOINTS;
 use heapless::Vec;
 

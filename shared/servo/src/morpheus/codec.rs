@@ -6,11 +6,8 @@ use super::frame::{
     BROADCAST, FRAME_MAX, Frame, HEADER, LENGTH_HEARD_MAX, LENGTH_MIN, OVERHEAD, checksum,
 };
 use super::{MASTER, Morpheus, Request, safe_read};
-use crate::Alarms;
-use crate::JOINTS;
-use crate::Pwm;
 use crate::protocol::{Extent, Protocol, Reply};
-use crate::{DecodeError, Firmware, Instruction, Query, ServoId};
+use crate::{Alarms, DecodeError, Firmware, Instruction, JOINTS, Pwm, Query, ServoId};
 use core::ops::RangeInclusive;
 use heapless::Vec;
 

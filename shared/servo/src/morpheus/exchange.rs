@@ -8,11 +8,10 @@
 
 use super::codec::LATENCY_US;
 use super::{Morpheus, Request};
-use crate::JOINTS;
-use crate::Pwm;
 use crate::exchange::{Exchange, ExpectedReplies, GUARD_US, Line, Readiness, ReplyContent, Step};
 use crate::port::bytes_us;
 use crate::transaction::Transaction;
+use crate::{JOINTS, Pwm};
 
 /// Delay of the answer to START per id, rounded up.
 const START_SLOT_US: u64 = 5_000;

@@ -2,9 +2,7 @@
 
 use super::codes::{command, register};
 use super::frame::{BROADCAST, Frame};
-use crate::JOINTS;
-use crate::Pwm;
-use crate::{Packet, ServoId};
+use crate::{JOINTS, Packet, Pwm, ServoId};
 
 /// Address of the bridge. At least 0x20, so that no servo mistakes it for a register,
 /// and never a servo's: [`ServoId`] excludes it.

@@ -18,12 +18,10 @@
 
 use super::codec::{LATENCY_US, RETURN_DELAY_MAX_US};
 use super::{BROADCAST, Instruction, Protocol1, register, torque_off};
-use crate::JOINTS;
-use crate::Pwm;
 use crate::exchange::{Exchange, ExpectedReplies, GUARD_US, Line, Readiness, ReplyContent, Step};
 use crate::port::bytes_us;
 use crate::transaction::Transaction;
-use crate::{Packet, ServoId};
+use crate::{JOINTS, Packet, Pwm, ServoId};
 
 /// Return delay that bring-up gives to stock servos. With the 22 µs they take
 /// themselves a status packet begins 42 µs after the READ: just late enough for

@@ -7,12 +7,10 @@ mod scripted_port;
 
 use scripted_port::{Port, REPLY_1, REPLY_2, Script, Test, bytes, chain};
 
-use armbridge_servo::Alarms;
-use armbridge_servo::Pwm;
 use armbridge_servo::bus::{Bus, LineAfter, Received, Transmission};
 use armbridge_servo::master::{Master, Transaction};
 use armbridge_servo::morpheus::{MASTER, Parser, ServoId};
-use armbridge_servo::{Firmware, Missing, Sample};
+use armbridge_servo::{Alarms, Firmware, Missing, Pwm, Sample};
 use embedded_hal_nb::serial;
 use proptest::prelude::*;
 

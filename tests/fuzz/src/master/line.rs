@@ -6,13 +6,12 @@ use std::convert::Infallible;
 use std::rc::Rc;
 
 use armbridge_link::message::Sample;
-use armbridge_servo::Alarms;
-use armbridge_servo::Firmware;
 use armbridge_servo::master::{ExpectedReply, Outcome, Payload, Transaction};
 use armbridge_servo::morpheus::{HEADER, MASTER, checksum};
 use armbridge_servo::port::SetBaud;
 use armbridge_servo::protocol1::Status;
 use armbridge_servo::protocol1::frame::{self, FRAME_MAX};
+use armbridge_servo::{Alarms, Firmware};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal_nb::serial::{self, ErrorKind};
 

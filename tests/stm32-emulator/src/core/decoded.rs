@@ -3,11 +3,9 @@
 //! Instructions in [`super::Build::code`] are fetched and decoded once, and then kept until
 //! [`Core::invalidate`]; all others each time.
 
-use super::Core;
-use super::cycles;
-use super::decode;
 use super::fault::Fault;
 use super::instruction::Instruction;
+use super::{Core, cycles, decode};
 use crate::memory::Memory;
 
 /// An instruction with what is known of it beforehand.

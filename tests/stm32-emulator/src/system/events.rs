@@ -1,8 +1,7 @@
 //! What blocks do by themselves, in time: bytes on the bus, DMA, USB transactions, and the
 //! lines of interrupts that result.
 
-use super::map;
-use super::{System, Unmodelled};
+use super::{System, Unmodelled, map};
 use crate::core::Core;
 use crate::line::Line;
 use crate::peripherals::dma::Direction;

@@ -17,10 +17,9 @@ use super::diagnose::Diagnosis;
 use super::fit_result::FitResult;
 use super::forecast::Forecast;
 use super::report::Report;
-use crate::html;
-use crate::plot;
 use crate::plot::drawing::Drawing;
 use crate::plot::{Formats, PlotError};
+use crate::{html, plot};
 
 /// Contents of the page.
 #[derive(Clone, Copy, Debug)]

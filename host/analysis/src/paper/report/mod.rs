@@ -11,9 +11,8 @@ use std::path::{Path, PathBuf};
 use armbridge_log::output_file::Existing;
 
 use super::claim::{Claim, Verdict};
-use crate::html;
-use crate::plot;
 use crate::plot::PlotError;
+use crate::{html, plot};
 
 /// Writes the page and its figures into an existing folder; returns the page's path.
 ///

@@ -17,11 +17,10 @@ use armbridge_link::message::{Command, Settings};
 use armbridge_link::motion::Motion;
 use armbridge_servo::JOINTS;
 
-use super::check;
 use super::file::{BenchKeys, Expect, Pair};
 use super::mistake::{KeyPath, Mistake, Text};
 use super::reference::ReferenceSource;
-use super::{Overrides, Scenario, ScenarioError, Success};
+use super::{Overrides, Scenario, ScenarioError, Success, check};
 use crate::plan_runner::plan::{Action, Base, InitialSettings, Plan, Point, Step, Stop};
 use resample::Knot;
 use samples::Sample;

@@ -2,9 +2,8 @@
 //! it makes of them.
 
 use armbridge_board::bridge::limits::MOTION;
-use armbridge_control::trajectory::Error;
-use armbridge_control::trajectory::Reference;
 use armbridge_control::trajectory::stream::{self, Point, Stream};
+use armbridge_control::trajectory::{Error, Reference};
 
 use super::{mistake, peak_text};
 use crate::plan_runner::plan::{self, STREAM_AHEAD};

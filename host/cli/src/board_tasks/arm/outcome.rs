@@ -1,8 +1,7 @@
 //! End of an arming, and its description.
 
-use armbridge_client::enum_names;
 use armbridge_client::error::end_in_words;
-use armbridge_client::fault_text;
+use armbridge_client::{enum_names, fault_text};
 use armbridge_link::message::{Fault, LastEnd, Trip};
 
 /// End of an arming.

@@ -232,8 +232,7 @@ pub(super) fn direction(joint: usize, zero: &Pose, turned: &Pose) -> Result<Dire
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armbridge_link::message::TickInput;
-    use armbridge_link::message::{Missing, Mode, Sample};
+    use armbridge_link::message::{Missing, Mode, Sample, TickInput};
     use rand_distr::{Distribution, StandardNormal};
     use rand_pcg::Pcg32;
 

@@ -5,8 +5,7 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 use std::sync::mpsc::{Sender, channel};
 
-use armbridge_client::Host;
-use armbridge_client::LinkError;
+use armbridge_client::{Host, LinkError};
 use armbridge_control::actuator::{Direction, Joint};
 use armbridge_servo::JOINTS;
 use armbridge_sim::Bench;

@@ -4,10 +4,8 @@ use std::process::ExitCode;
 
 use armbridge::config::Config;
 use armbridge_analysis::design::{Design, Redesign, retune};
-use armbridge_client::params;
 use armbridge_client::params::settings_exchange;
-use armbridge_client::refusal_text;
-use armbridge_client::stdio;
+use armbridge_client::{params, refusal_text, stdio};
 use armbridge_link::message::Settings;
 use armbridge_log::text_table;
 

@@ -11,8 +11,7 @@ use armbridge_log::output_file::Existing;
 use armbridge_log::text_table;
 
 use super::super::{Error, Outcome};
-use super::FitArgs;
-use super::{Fit, check_same_model, load, paths};
+use super::{Fit, FitArgs, check_same_model, load, paths};
 
 /// Output wanted beside the parameters.
 pub(super) struct OutputOptions<'a> {

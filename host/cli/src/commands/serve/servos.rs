@@ -6,10 +6,9 @@ use armbridge_client::endpoint::Endpoint;
 use armbridge_client::transport::LinkUri;
 use armbridge_client::{ctrl_c, stdio};
 use armbridge_servo::Firmware;
-use armbridge_sim::Bench;
 use armbridge_sim::raw_bus_server::WallClockBench;
-use armbridge_sim::servo_kind;
 use armbridge_sim::servo_kind::{KindError, ServoKind};
+use armbridge_sim::{Bench, servo_kind};
 use clap::Args;
 
 use super::super::{Error, virtual_arm};

@@ -1,8 +1,7 @@
 //! State and statistics of the link.
 
-use armbridge_client::enum_names;
 use armbridge_client::event::Direction;
-use armbridge_client::refusal_text;
+use armbridge_client::{enum_names, refusal_text};
 use armbridge_link::frame::FrameError;
 use armbridge_link::message::{Command, Refusal, ToBoard};
 

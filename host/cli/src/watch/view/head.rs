@@ -1,9 +1,8 @@
 //! The lines at the top: which link, what the board does, what is wrong and what to
 //! do about it.
 
-use armbridge_client::enum_names;
 use armbridge_client::status::Obstacle;
-use armbridge_client::{experiment_text, fault_text};
+use armbridge_client::{enum_names, experiment_text, fault_text};
 use armbridge_link::message::{Drive, Fault, Mode};
 use armbridge_link::server::LinkRole;
 use ratatui::style::Style;

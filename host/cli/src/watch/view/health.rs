@@ -2,8 +2,7 @@
 
 use armbridge_client::enum_names;
 use armbridge_link::message::Timing;
-use armbridge_servo::Alarms;
-use armbridge_servo::Firmware;
+use armbridge_servo::{Alarms, Firmware};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;

@@ -8,10 +8,9 @@ use armbridge_client::event::Direction;
 use armbridge_link::message::{Settings, Setup};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
-use armbridge_sim::Bench;
-use armbridge_sim::link;
 use armbridge_sim::link::{BoardUri, Options};
 use armbridge_sim::plant::{Plant, PlantConfig, Push};
+use armbridge_sim::{Bench, link};
 
 /// A run to be recorded.
 #[derive(Clone, Copy)]

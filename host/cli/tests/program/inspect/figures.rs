@@ -5,8 +5,7 @@ use std::path::Path;
 
 use armbridge_client::event::Direction;
 use armbridge_link::frame::Encoder;
-use armbridge_link::message::{Drive, Mode, Record, Settings, ToHost};
-use armbridge_link::message::{TickInput, TickOutput};
+use armbridge_link::message::{Drive, Mode, Record, Settings, TickInput, TickOutput, ToHost};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
 use serde_json::Value;

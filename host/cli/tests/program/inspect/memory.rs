@@ -7,8 +7,9 @@ use std::time::Duration;
 
 use armbridge_client::event::Direction;
 use armbridge_link::frame::Encoder;
-use armbridge_link::message::{Drive, Mode, Record, Sample, Settings, ToHost};
-use armbridge_link::message::{TickInput, TickOutput};
+use armbridge_link::message::{
+    Drive, Mode, Record, Sample, Settings, TickInput, TickOutput, ToHost,
+};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
 

@@ -8,8 +8,7 @@ mod table;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use armbridge_client::enum_names;
-use armbridge_client::fault_text;
+use armbridge_client::{enum_names, fault_text};
 use armbridge_link::message::{Settings, Trip};
 use serde::Serialize;
 

@@ -1,8 +1,7 @@
 //! Answers to commands: accepted commands are repeated, and refusals that depend on the loop's
 //! state are compared.
 
-use armbridge_client::enum_names;
-use armbridge_client::refusal_text;
+use armbridge_client::{enum_names, refusal_text};
 use armbridge_link::message::{Command, Mode, Moment, Refusal, Settings};
 
 use super::super::board::Board;

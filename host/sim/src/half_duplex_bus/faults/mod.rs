@@ -17,9 +17,8 @@ pub use bytes::{BusDirection, ByteDamage, ByteFault};
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::bit_ns;
 use super::line::{Frame, MASTER, SenderFilter};
-use super::{ReceivedByte, Wire};
+use super::{ReceivedByte, Wire, bit_ns};
 use bytes::FaultyChannel;
 
 /// Index of the sender that holds the line low.

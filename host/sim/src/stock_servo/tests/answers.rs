@@ -1,9 +1,8 @@
 //! Replies, and written values.
 
 use armbridge_client::servo_table::{AX12A, Access};
-use armbridge_servo::Alarms;
-use armbridge_servo::Firmware;
 use armbridge_servo::protocol1::Instruction;
+use armbridge_servo::{Alarms, Firmware};
 
 use super::{NOTHING, Rig};
 use crate::stock_servo::at;

@@ -1,8 +1,7 @@
 //! Effects of the servos on the arm, and their protection.
 
-use armbridge_servo::Alarms;
-use armbridge_servo::Firmware;
 use armbridge_servo::protocol1::Instruction;
+use armbridge_servo::{Alarms, Firmware};
 
 use super::Rig;
 use crate::stock_servo::{at, pwm};

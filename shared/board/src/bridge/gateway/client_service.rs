@@ -3,8 +3,7 @@
 use super::super::channels::Notification;
 use super::super::{Bridge, SERVO_IDS};
 use super::{ClientLine, Progress as Answered, REPORT_US, Verdict, policy};
-use crate::sequencer::SearchStep;
-use crate::sequencer::State as BusState;
+use crate::sequencer::{SearchStep, State as BusState};
 use crate::supervisor::{Event, State};
 use armbridge_link::message::Sample;
 use armbridge_servo::bus::Bus;

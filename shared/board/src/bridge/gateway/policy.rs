@@ -46,8 +46,7 @@ mod verdict;
 pub use verdict::Verdict;
 
 use super::response::{Bytes, Responder};
-use armbridge_servo::JOINTS;
-use armbridge_servo::{ClientRequest, Firmware, ServoId};
+use armbridge_servo::{ClientRequest, Firmware, JOINTS, ServoId};
 
 /// Decides on one packet.
 pub fn decide(

@@ -1,9 +1,8 @@
 //! Replies to the client, in the name of the servo that it addressed.
 
-use armbridge_servo::Alarms;
 use armbridge_servo::protocol::{Protocol, Reply};
 use armbridge_servo::protocol1::Protocol1;
-use armbridge_servo::{ClientRequest, Firmware};
+use armbridge_servo::{Alarms, ClientRequest, Firmware};
 use heapless::Vec;
 
 /// Bytes of the longest packet to client or bus: a stock servo's whole table.

@@ -26,8 +26,7 @@ use armbridge_control::arm::State;
 use armbridge_control::experiment::Signal;
 use armbridge_control::trajectory::Reference;
 use armbridge_link::experiment::{Experiment, ExperimentEnd, HELD_S, Role};
-use armbridge_servo::JOINTS;
-use armbridge_servo::Pwm;
+use armbridge_servo::{JOINTS, Pwm};
 
 /// The experiment under way, or the last one.
 #[derive(Clone, Debug)]

@@ -12,7 +12,8 @@ use crate::bridge::can_run;
 use armbridge_link::message::{Settings, SettingsFrom, SettingsGroups};
 use embedded_storage::nor_flash::NorFlashErrorKind;
 use power::{Step, Traced, cut, take};
-use std::{vec, vec::Vec};
+use std::vec;
+use std::vec::Vec;
 
 /// Room for some saves, so that pages change often.
 const PAGE: usize = 1_536;

@@ -4,7 +4,8 @@ extern crate std;
 
 use super::{Flash, PAGE, Random};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
-use std::{vec, vec::Vec};
+use std::vec;
+use std::vec::Vec;
 
 /// What power can be cut in.
 #[derive(Clone, Copy, Debug)]

@@ -3,9 +3,7 @@
 use super::verdict::{Verdict, is_controlled};
 use crate::bridge::gateway::request::{BusQuery, PendingRequest, RegisterRead};
 use crate::bridge::gateway::response::{Bytes, Responder};
-use armbridge_servo::Alarms;
-use armbridge_servo::JOINTS;
-use armbridge_servo::{ClientRequest, Instruction, ServoId};
+use armbridge_servo::{Alarms, ClientRequest, Instruction, JOINTS, ServoId};
 use heapless::Vec;
 
 /// Decides on a packet for Morpheus servos.

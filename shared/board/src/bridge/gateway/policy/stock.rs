@@ -3,10 +3,8 @@
 use super::verdict::{Verdict, is_controlled};
 use crate::bridge::gateway::request::{BusQuery, PendingRequest, RegisterRead};
 use crate::bridge::gateway::response::Responder;
-use armbridge_servo::Alarms;
-use armbridge_servo::JOINTS;
 use armbridge_servo::protocol1::{BROADCAST, register};
-use armbridge_servo::{ClientRequest, Instruction, ServoId, SyncBlocks};
+use armbridge_servo::{Alarms, ClientRequest, Instruction, JOINTS, ServoId, SyncBlocks};
 
 /// Decides on a packet for stock servos.
 pub(super) fn decide(

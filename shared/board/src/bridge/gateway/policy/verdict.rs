@@ -2,8 +2,7 @@
 
 use crate::bridge::gateway::request::PendingRequest;
 use crate::bridge::gateway::response::Bytes;
-use armbridge_servo::JOINTS;
-use armbridge_servo::ServoId;
+use armbridge_servo::{JOINTS, ServoId};
 
 /// Treatment of a packet.
 #[derive(Clone, Debug, PartialEq, Eq)]
