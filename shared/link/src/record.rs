@@ -186,14 +186,6 @@ pub struct TickEvents {
 }
 
 impl TickEvents {
-    /// No event.
-    pub const NONE: Self = Self {
-        are_motors_checked: false,
-        fallback: None,
-        experiment_end: None,
-        fault: None,
-    };
-
     /// These events, if there is one.
     pub fn some(self) -> Option<Self> {
         let is_any = self.are_motors_checked

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use armbridge_log::recording::Reader;
 use serde_json::Value;
 
 use crate::program::{Program, names, stderr, text};
@@ -228,6 +229,33 @@ fn a_replay_begins_at_the_snapshot_before_a_time() {
         &["no snapshot before 0.01 s"],
     );
     program.refuses(&["replay", "--from", "-1"], &["0 or later"]);
+}
+
+#[test]
+fn a_log_of_another_version_names_that_version() {
+    let program = Program::new("output-version");
+    let log = records(&program).join("run.mcap");
+    let mut bytes = fs::read(&log).unwrap();
+    let reader = Reader::open(&log).unwrap();
+    let schema = reader.metadata()["build"]["schema"].as_bytes();
+    let places: Vec<_> = (bytes.windows(schema.len()).enumerate())
+        .filter(|(_, window)| *window == schema)
+        .map(|(at, _)| at)
+        .collect();
+    for at in places {
+        bytes[at..at + schema.len()].fill(b'0');
+    }
+    fs::write(program.path("other.mcap"), bytes).unwrap();
+    program.refuses(
+        &["replay", "other.mcap"],
+        &["was written by version", "with that version only"],
+    );
+    // Its ticks can still be read.
+    assert!(
+        program
+            .prints(&["info", "other.mcap"])
+            .contains("another version")
+    );
 }
 
 #[test]
