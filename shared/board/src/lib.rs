@@ -17,7 +17,7 @@
 //! let config = LoopConfig::build(&Settings::default()).unwrap();
 //! let (mut control, mut supervisor) = (ControlLoop::new(&config), Supervisor::default());
 //! let upright = DriveRequest::Regulate([0.0, 0.0]);
-//! control.request(&config, upright, Instant::default()).unwrap();
+//! control.request(&config, &upright, Instant::default()).unwrap();
 //! let mut tick = |supervisor: &Supervisor| {
 //!     let samples = [Sample::Counts(530), Sample::Counts(500)];
 //!     let permission = supervisor.permission();

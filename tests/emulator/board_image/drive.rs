@@ -16,7 +16,7 @@ use armbridge_tests::tapped_bench::{ScriptedHost, assert_all_equal, replay};
 use super::{TestBoard, us};
 
 /// Instructions of an armed millisecond, all interrupts, telemetry and USB included.
-const ARMED_MAX: u64 = 11_000;
+const ARMED_MAX: u64 = 10_500;
 /// Longest time from the end of the last stop bit until the direction pin is low.
 const RELEASE_MAX: Time = us(2);
 
@@ -82,7 +82,7 @@ fn an_armed_millisecond_costs_no_more_than_stated(board: TestBoard) {
     let bench = Bench::new(Plant::new(plant([0.02, -0.02], true), 1));
     let mut run = held(board, Setup::default(), bench);
     let (begun, before) = (run.machine.now(), run.machine.core.executed());
-    run.run_for(20);
+    run.run_for(200);
     let executed = run.machine.core.executed() - before;
     let ms = (run.machine.now() - begun).as_ms();
     let per_ms = (executed as f64 / ms) as u64;

@@ -79,7 +79,7 @@ impl Board {
         };
         let request = DriveRequest::Follow(motion);
         self.control_loop
-            .request(&self.config, request, instant(moment, acts_us))
+            .request(&self.config, &request, instant(moment, acts_us))
     }
 
     /// Takes any other command that the board has accepted, or refused because of the loop's
@@ -107,7 +107,7 @@ impl Board {
                 Ok(())
             }
             ValidatedCommand::Drive(request) => {
-                self.control_loop.request(&self.config, request, now)
+                self.control_loop.request(&self.config, &request, now)
             }
             ValidatedCommand::Install(control) => {
                 let config = self.config.with_control(&control);

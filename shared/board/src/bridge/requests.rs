@@ -24,7 +24,7 @@ impl<B: Bus> Bridge<'_, B> {
             }
             if self.end.is_present(&request) {
                 self.core.note_host();
-                self.take_command(request);
+                self.take_command(&request);
             } else {
                 let notification = Notification::Dropped(request.sequence);
                 let _ = self.end.notifications.enqueue(notification);
@@ -75,10 +75,11 @@ impl<B: Bus> Bridge<'_, B> {
     }
 
     #[inline(never)]
-    fn take_command(&mut self, request: HostRequest) {
+    fn take_command(&mut self, request: &HostRequest) {
         let HostRequest {
             sequence, command, ..
         } = request;
+        let sequence = *sequence;
         self.gateway.claim(self.core.now_us());
         let moment = self.core.moment();
         let notification = if matches!(command, ValidatedCommand::StartPoint) {
@@ -93,7 +94,7 @@ impl<B: Bus> Bridge<'_, B> {
         let _ = self.end.notifications.enqueue(notification);
     }
 
-    fn perform(&mut self, command: ValidatedCommand) -> Result<(), Refusal> {
+    fn perform(&mut self, command: &ValidatedCommand) -> Result<(), Refusal> {
         let bus = BusFacts {
             is_prepared: self.sequencer.is_prepared(),
             least_period_us: self.sequencer.least_period_us(),

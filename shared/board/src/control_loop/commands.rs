@@ -16,7 +16,7 @@ use super::experiment::{self, ActiveExperiment};
 use super::monitors::Monitors;
 use super::motor_check::MotorCheck;
 use super::pipeline::FeedForward;
-use super::reference::{ReferenceSource, StartPoint, TimedTrajectory};
+use super::reference::{LEAD_US, ReferenceSource, StartPoint, TimedTrajectory};
 use super::{ControlLoop, DriveCommand, DriveRequest, Instant, LoopConfig};
 use armbridge_control::trajectory::Reference;
 use armbridge_control::trajectory::stream::Point;
@@ -129,28 +129,39 @@ impl ControlLoop {
         self.bump_nm = torque_nm - demand.torque_nm;
     }
 
-    /// The present source; if the arm follows none, rest at its angles.
+    /// Source that a request begins from if not from the one in force: rest at the arm's angles
+    /// where it follows none, or braking from an experiment.
     #[inline(never)]
-    pub fn present_source(&self, now: Instant) -> ReferenceSource {
+    fn initial_source(&self, now: Instant) -> Option<ReferenceSource> {
         match self.drive() {
-            _ if !now.is_driven => ReferenceSource::hold(self.state.q),
-            Drive::Torque => ReferenceSource::hold(self.state.q),
-            Drive::Regulate | Drive::Track | Drive::Hold => self.source.clone(),
+            _ if !now.is_driven => Some(ReferenceSource::hold(self.state.q)),
+            Drive::Torque => Some(ReferenceSource::hold(self.state.q)),
+            Drive::Regulate | Drive::Track | Drive::Hold => None,
             // No tick has used the experiment yet.
-            Drive::Experiment if !self.experiment.is_started() => self.source.clone(),
+            Drive::Experiment if !self.experiment.is_started() => None,
             Drive::Experiment => {
                 let from = Reference {
                     ddq: Vector2::zeros(),
                     ..self.reference
                 };
-                ReferenceSource::braking(&from, now.acts_us)
+                Some(ReferenceSource::braking(&from, now.acts_us))
             }
         }
     }
 
+    /// Reference that is in force at this time if no other request comes.
+    #[inline(never)]
+    fn reference_ahead(&self, at_us: u64, now: Instant) -> Reference<f32> {
+        let initial = self.initial_source(now);
+        initial.as_ref().unwrap_or(&self.source).ahead(at_us)
+    }
+
     /// Start point of a motion that is requested now.
     pub fn start_point(&self, now: Instant) -> StartPoint {
-        self.present_source(now).start_point(now.us)
+        let at_us = now.us + LEAD_US;
+        // A stream may change until then: the motion begins from its braking phase.
+        let from = self.reference_ahead(at_us, now);
+        StartPoint { from, at_us }
     }
 
     /// Whether the same experiment drives the motors.
@@ -166,10 +177,10 @@ impl ControlLoop {
     pub fn request(
         &mut self,
         config: &LoopConfig,
-        request: DriveRequest,
+        request: &DriveRequest,
         now: Instant,
     ) -> Result<(), Refusal> {
-        match request {
+        match *request {
             DriveRequest::Torque(torque_nm) => {
                 self.begin_drive(now);
                 self.commanded = DriveCommand::new(Drive::Torque, torque_nm, now.us);
@@ -179,9 +190,9 @@ impl ControlLoop {
                 self.regulate(config, angle_rad, now);
                 Ok(())
             }
-            DriveRequest::Follow(motion) => self.follow_motion(config, motion, now),
+            DriveRequest::Follow(ref motion) => self.follow_motion(config, motion, now),
             DriveRequest::Stream(point) => self.follow_point(config, point, now),
-            DriveRequest::Experiment(plan) => self.begin_experiment(config, plan, now),
+            DriveRequest::Experiment(ref plan) => self.begin_experiment(config, plan, now),
         }
     }
 
@@ -191,26 +202,27 @@ impl ControlLoop {
         }
     }
 
-    // Functions of their own: each has a source or two of some 800 bytes in its frame, of which
+    // Functions of their own: each has a source of some 900 bytes in its frame, of which
     // inlining makes a sum.
 
     /// Holds the arm at these angles in rad; a step if it is elsewhere.
     #[inline(never)]
     fn regulate(&mut self, config: &LoopConfig, angle_rad: [f32; JOINTS], now: Instant) {
         let source = ReferenceSource::hold(angle_rad.into());
-        self.follow(config, Drive::Regulate, source, now);
+        self.follow(config, Drive::Regulate, Some(&source), now);
     }
 
     #[inline(never)]
     fn follow_motion(
         &mut self,
         config: &LoopConfig,
-        motion: TimedTrajectory,
+        motion: &TimedTrajectory,
         now: Instant,
     ) -> Result<(), Refusal> {
-        let mut source = self.present_source(now);
+        let mut initial = self.initial_source(now);
+        let source = initial.as_mut().unwrap_or(&mut self.source);
         source.change_to(motion, now.us)?;
-        self.follow(config, Drive::Track, source, now);
+        self.follow(config, Drive::Track, initial.as_ref(), now);
         Ok(())
     }
 
@@ -221,9 +233,10 @@ impl ControlLoop {
         point: Point<f32>,
         now: Instant,
     ) -> Result<(), Refusal> {
-        let mut source = self.present_source(now);
+        let mut initial = self.initial_source(now);
+        let source = initial.as_mut().unwrap_or(&mut self.source);
         source.push(now.acts_us, point)?;
-        self.follow(config, Drive::Track, source, now);
+        self.follow(config, Drive::Track, initial.as_ref(), now);
         Ok(())
     }
 
@@ -232,23 +245,29 @@ impl ControlLoop {
     fn begin_experiment(
         &mut self,
         config: &LoopConfig,
-        plan: Experiment,
+        plan: &Experiment,
         now: Instant,
     ) -> Result<(), Refusal> {
-        if self.is_running(&plan, now.is_driven) {
+        if self.is_running(plan, now.is_driven) {
             return Ok(());
         }
-        let mut source = self.present_source(now);
-        source.brake(now.acts_us);
-        experiment::admit(&plan, &config.monitors, &self.state, source.end())
+        let from = self.reference_ahead(now.acts_us, now);
+        let source = ReferenceSource::braking(&from, now.acts_us);
+        experiment::admit(plan, &config.monitors, &self.state, source.end())
             .map_err(Refusal::Experiment)?;
-        self.follow(config, Drive::Experiment, source, now);
-        self.experiment = ActiveExperiment::new(plan);
+        self.follow(config, Drive::Experiment, Some(&source), now);
+        self.experiment = ActiveExperiment::new(*plan);
         Ok(())
     }
 
-    /// Follows a source; the transition from a constant torque has no step.
-    fn follow(&mut self, config: &LoopConfig, drive: Drive, source: ReferenceSource, now: Instant) {
+    /// Follows a source, or the present one; the transition from a constant torque has no step.
+    fn follow(
+        &mut self,
+        config: &LoopConfig,
+        drive: Drive,
+        source: Option<&ReferenceSource>,
+        now: Instant,
+    ) {
         let acts_us = now.acts_us;
         let was_constant = match self.drive() {
             Drive::Torque | Drive::Experiment => now.is_driven,
@@ -256,7 +275,9 @@ impl ControlLoop {
         };
         self.begin_drive(now);
         self.commanded = DriveCommand::new(drive, [0.0; JOINTS], now.us);
-        self.source = source;
+        if let Some(source) = source {
+            self.source.replace(source);
+        }
         if was_constant {
             let reference = self.source.at(acts_us);
             self.fade_from(config, self.command.total_nm(), &reference);

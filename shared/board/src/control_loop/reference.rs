@@ -17,7 +17,7 @@ use nalgebra::Vector2;
 
 /// Time in µs from the request of a motion to its beginning: for planning, in thread
 /// mode, which has some 40 % of each period beside the tick.
-const LEAD_US: u64 = 50_000;
+pub const LEAD_US: u64 = 50_000;
 
 /// Largest distance from this reference at which a motion may begin, in rad: ten counts,
 /// because the angle of an arm whose motors are off has the noise of its encoders.
@@ -146,12 +146,18 @@ impl ReferenceSource {
         self.plan.at(at_us)
     }
 
-    /// Start point of a motion that is requested now.
-    pub fn start_point(&self, now_us: u64) -> StartPoint {
-        let at_us = now_us + LEAD_US;
-        // A stream may change until then: the motion begins from its braking phase.
-        let from = self.clone().at(at_us);
-        StartPoint { from, at_us }
+    /// The reference at a time to come, if nothing else is requested until then.
+    pub fn ahead(&self, at_us: u64) -> Reference<f32> {
+        match (&self.plan.next, &self.plan.source) {
+            (Some(motion), _) if motion.starts_us <= at_us => motion.at(at_us),
+            (_, Source::Streamed(stream)) => stream.clone().advance(at_us),
+            (_, Source::Setpoint(_) | Source::Planned(_)) => self.plan.at(at_us),
+        }
+    }
+
+    /// Replaces the source.
+    pub fn replace(&mut self, source: &Self) {
+        self.update(|plan| plan.clone_from(&source.plan));
     }
 
     /// Schedules a motion that replaces the source at its start time.
@@ -159,19 +165,19 @@ impl ReferenceSource {
     /// # Errors
     /// [`Refusal::Busy`] if that time has passed, or if the motion would begin
     /// away from this source: it must be planned again.
-    pub fn change_to(&mut self, motion: TimedTrajectory, now_us: u64) -> Result<(), Refusal> {
-        let gap = self.clone().at(motion.starts_us).q - motion.at(motion.starts_us).q;
+    pub fn change_to(&mut self, motion: &TimedTrajectory, now_us: u64) -> Result<(), Refusal> {
+        let gap = self.ahead(motion.starts_us).q - motion.at(motion.starts_us).q;
         if motion.starts_us <= now_us || gap.amax() > GAP_MAX_RAD {
             return Err(Refusal::Busy);
         }
-        self.update(|plan| plan.next = Some(motion));
+        self.update(|plan| plan.next = Some(motion.clone()));
         Ok(())
     }
 
     /// Brakes the reference to rest as soon as the bounds allow.
     pub fn brake(&mut self, at_us: u64) {
-        let from = self.at(at_us);
-        self.update(|plan| *plan = Self::braking(&from, at_us).plan);
+        let source = Self::braking(&self.ahead(at_us), at_us);
+        self.replace(&source);
     }
 
     /// Whether the host streams the reference.
@@ -181,7 +187,7 @@ impl ReferenceSource {
 
     /// Final angles of the present source, in rad.
     pub fn end(&self) -> Vector2<f32> {
-        self.clone().at(u64::MAX).q
+        self.ahead(u64::MAX).q
     }
 
     /// Takes a streamed point; a stream replaces any motion. The next reference is that at

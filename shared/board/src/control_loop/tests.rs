@@ -10,7 +10,7 @@ fn there_is_no_torque_before_a_sample_of_each_joint() {
     let (mut control, mut input) = (ControlLoop::new(&config), TickInput::AT_REST);
     let request = DriveRequest::Regulate([0.3, 0.3]);
     control
-        .request(&config, request, Instant::default())
+        .request(&config, &request, Instant::default())
         .unwrap();
     input.permission = Permission::Drive;
     let mut command = |samples| {

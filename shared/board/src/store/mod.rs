@@ -74,7 +74,9 @@ mod tests;
 use armbridge_link::message::{Settings, SettingsFrom};
 use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind};
 use page::{FlashError, Page, PageScan};
-use record::{Malformed, RECEIPT_LEN, Record, SETTINGS_MAX};
+use record::{
+    Bytes, Malformed, RECEIPT_LEN, Record, SETTINGS_MAX, encode_receipt, encode_settings, renumber,
+};
 
 /// Generation of a receipt without settings: the settings that had been saved are in the other
 /// page. Those of settings count from 1.
@@ -167,21 +169,22 @@ impl<F: NorFlash> Store<F> {
             }
             self.append_receipt(spare, MARK)?;
         }
-        let settings = log.scan.settings();
-        let unreceipted = settings.filter(|record| log.scan.receipt < Some(record.generation));
+        let settings = log.scan.in_force();
+        let unreceipted = settings.filter(|generation| log.scan.receipt < Some(*generation));
         if unreceipted.is_some() {
             needed += Page::<F>::cost(RECEIPT_LEN);
         }
         if log.scan.room >= needed {
             return match unreceipted {
-                Some(record) => Ok(self.append_receipt(log.page, record.generation)?),
+                Some(generation) => Ok(self.append_receipt(log.page, generation)?),
                 None => Ok(()),
             };
         }
         let generation = log.next_generation();
-        if let Some(record) = settings {
-            let record = record.renumbered(generation).bytes();
-            self.append_settings(spare, &record.ok_or(FlashError::Full)?)?;
+        if let Some(last) = settings {
+            let mut record = self.page(log.page).settings(last)?;
+            renumber(&mut record, generation);
+            self.append(spare, &record)?;
         }
         self.append_receipt(spare, generation)?;
         self.page(log.page).erase()?;
@@ -192,10 +195,9 @@ impl<F: NorFlash> Store<F> {
     ///
     /// `accept` decides whether a program can run with them.
     pub fn load(&mut self, accept: impl FnOnce(&Settings) -> bool) -> (Settings, SettingsFrom) {
-        let from = match self.log() {
-            Err(_) => SettingsFrom::Unreadable,
+        let from = match self.in_force() {
             Ok(None) => SettingsFrom::Default,
-            Ok(Some(log)) => match log.scan.settings().map(|record| record.settings()) {
+            Ok(Some(bytes)) => match Record::read(&bytes).map(|r| r.settings()) {
                 Some(Ok((settings, lost))) => {
                     let from = if lost.is_empty() {
                         SettingsFrom::Saved
@@ -209,6 +211,7 @@ impl<F: NorFlash> Store<F> {
                 }
                 Some(Err(Malformed)) | None => SettingsFrom::Damaged,
             },
+            Err(_) => SettingsFrom::Unreadable,
         };
         (Settings::default(), from)
     }
@@ -219,21 +222,44 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// [`SaveError`].
     pub fn save(&mut self, settings: &Settings) -> Result<(), SaveError> {
-        let (page, room, generation, spare) = match self.log()? {
-            Some(log) if log.scan.has_receipt_for(settings) => return Ok(()),
-            Some(log) => (log.page, log.scan.room, log.next_generation(), log.spare),
+        let log = self.log()?;
+        let last = log
+            .as_ref()
+            .and_then(|log| log.scan.generation())
+            .unwrap_or(0);
+        let mut record = encode_settings(settings, last).ok_or(SaveError::Full)?;
+        let (page, room, generation, spare) = match log {
+            Some(log) => {
+                let is_receipted = log.scan.in_force() == log.scan.receipt;
+                if is_receipted && self.page(log.page).holds(&record)? {
+                    return Ok(());
+                }
+                (log.page, log.scan.room, log.next_generation(), log.spare)
+            }
             None => (0, Page::<F>::ROOM, 1, Spare::Blank),
         };
         if room < Self::COST {
             return Err(SaveError::Full);
         }
-        let record = record::encode_settings(settings, generation).ok_or(SaveError::Full)?;
-        self.append_settings(page, &record)?;
+        renumber(&mut record, generation);
+        self.append(page, &record)?;
         self.append_receipt(page, generation)?;
         if spare == Spare::Blank {
             self.append_receipt(1 - page, MARK)?;
         }
         Ok(())
+    }
+
+    /// The record of the settings in force, empty if nothing intact is; `None` in a flash whose
+    /// pages are both erased.
+    fn in_force(&mut self) -> Result<Option<Bytes>, FlashError> {
+        let Some(log) = self.log()? else {
+            return Ok(None);
+        };
+        match log.scan.in_force() {
+            Some(generation) => Ok(Some(self.page(log.page).settings(generation)?)),
+            None => Ok(Some(Bytes::new())),
+        }
     }
 
     /// The page in use: the one with the highest generation or, where there is
@@ -249,7 +275,7 @@ impl<F: NorFlash> Store<F> {
         } else {
             (first, second)
         };
-        let is_mark = other.receipt == Some(MARK) && other.newest.is_none();
+        let is_mark = other.receipt == Some(MARK) && other.settings.is_none();
         let spare = if other.is_blank {
             Spare::Blank
         } else if is_mark && other.room == Page::<F>::ROOM.saturating_sub(Self::MARK_COST) {
@@ -268,21 +294,14 @@ impl<F: NorFlash> Store<F> {
         Page::new(&mut self.flash, number)
     }
 
-    /// Appends settings, and reads them back.
-    fn append_settings(&mut self, page: u32, record: &[u8]) -> Result<(), FlashError> {
-        self.page(page).append(record)?;
-        match self.page(page).scan()?.newest {
-            Some((_, bytes)) if bytes == *record => Ok(()),
-            _ => Err(FlashError::Mismatch),
-        }
+    fn append_receipt(&mut self, page: u32, generation: u32) -> Result<(), FlashError> {
+        self.append(page, &encode_receipt(generation))
     }
 
-    fn append_receipt(&mut self, page: u32, generation: u32) -> Result<(), FlashError> {
-        let receipt = Record::receipt(generation)
-            .bytes()
-            .ok_or(FlashError::Full)?;
-        self.page(page).append(&receipt)?;
-        if self.page(page).scan()?.receipt == Some(generation) {
+    /// Appends a record, and reads it back.
+    fn append(&mut self, page: u32, record: &[u8]) -> Result<(), FlashError> {
+        self.page(page).append(record)?;
+        if self.page(page).holds(record)? {
             Ok(())
         } else {
             Err(FlashError::Mismatch)

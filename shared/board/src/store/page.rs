@@ -5,8 +5,7 @@
 //! erase: it would after some kinds of damage, and erasing stalls the processor.
 //! [`NoErase`] refuses that.
 
-use super::record::{Bytes, Kind, MAX, Record};
-use armbridge_link::message::{Settings, SettingsGroups};
+use super::record::{Bytes, HEADER, Kind, MAX, Record};
 use core::pin::pin;
 use core::task::{Context, Poll, Waker};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind};
@@ -82,7 +81,7 @@ impl<F: NorFlash> by_future::NorFlash for NoErase<'_, F> {
     }
 }
 
-/// Bytes of a page that are used at most: a save looks at all of them four times,
+/// Bytes of a page that are used at most: a save reads all of them six times at most,
 /// and a host that waits for its answer asks again after 25 ms.
 const LOG_MAX: u32 = 16 * 1_024;
 
@@ -111,7 +110,7 @@ fn at_once<T>(
 }
 
 /// Contents of a page.
-#[derive(Debug, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PageScan {
     /// Whether the page is erased.
     pub(super) is_blank: bool,
@@ -119,46 +118,28 @@ pub(super) struct PageScan {
     pub(super) room: u32,
     /// The highest generation that has a receipt.
     pub(super) receipt: Option<u32>,
-    /// The highest generation of intact settings, and their record.
-    pub(super) newest: Option<(u32, Bytes)>,
+    /// The highest generation of intact settings.
+    pub(super) settings: Option<u32>,
 }
 
 impl PageScan {
     /// The highest generation of anything intact.
     pub(super) fn generation(&self) -> Option<u32> {
-        self.receipt
-            .max(self.newest.as_ref().map(|newest| newest.0))
+        self.receipt.max(self.settings)
     }
 
-    /// The newest settings, unless newer ones are known to have been damaged.
-    pub(super) fn settings(&self) -> Option<Record<'_>> {
-        let (generation, bytes) = self.newest.as_ref()?;
-        (Some(*generation) >= self.receipt).then(|| Record::read(bytes))?
+    /// Generation of the newest settings, unless newer ones are known to have been damaged.
+    pub(super) fn in_force(&self) -> Option<u32> {
+        self.settings
+            .filter(|generation| Some(*generation) >= self.receipt)
     }
 
-    /// Whether these are the settings in force, according to this page.
-    pub(super) fn has_receipt_for(&self, settings: &Settings) -> bool {
-        self.settings().is_some_and(|record| {
-            self.receipt == Some(record.generation)
-                && record.settings() == Ok((*settings, SettingsGroups::NONE))
-        })
-    }
-
-    fn take(&mut self, bytes: &[u8]) {
-        let Some(record) = Record::read(bytes) else {
-            return;
+    fn take(&mut self, record: &Record<'_>) {
+        let highest = match record.kind {
+            Kind::Receipt => &mut self.receipt,
+            Kind::Settings => &mut self.settings,
         };
-        let generation = record.generation;
-        match record.kind {
-            Kind::Receipt => self.receipt = self.receipt.max(Some(generation)),
-            // Of equals the later one.
-            Kind::Settings if self.newest.as_ref().is_none_or(|n| n.0 <= generation) => {
-                self.newest = Bytes::from_slice(bytes)
-                    .ok()
-                    .map(|bytes| (generation, bytes));
-            }
-            Kind::Settings => {}
-        }
+        *highest = (*highest).max(Some(record.generation));
     }
 }
 
@@ -219,7 +200,7 @@ impl<'a, F: NorFlash> Page<'a, F> {
         Queue::<'_, F>::item_overhead_size() + (len as u32).next_multiple_of(Self::WORD)
     }
 
-    /// Reads all records of the page.
+    /// Finds what is in the page.
     pub(super) fn scan(&mut self) -> Result<PageScan, FlashError> {
         let mut scan = PageScan::default();
         if self.is_erased_from(self.start)? {
@@ -227,19 +208,15 @@ impl<'a, F: NorFlash> Page<'a, F> {
             scan.room = Self::ROOM;
             return Ok(scan);
         }
-        let mut buffer = [0; MAX];
-        let mut queue = self.queue()?;
-        let mut records = at_once(queue.iter())?;
-        loop {
-            match at_once(records.next(&mut buffer)) {
-                Ok(Some(bytes)) => scan.take(&bytes),
-                Ok(None) => break,
-                Err(Error::Storage { value, .. }) => return Err(value),
-                // Longer than any record: what follows is not to be found.
-                Err(_) => return Ok(scan),
+        let is_complete = self.visit(&mut |bytes| {
+            if let Some(record) = Record::read(bytes) {
+                scan.take(&record);
             }
+        })?;
+        if !is_complete {
+            return Ok(scan);
         }
-        let space = at_once(queue.space_left())?;
+        let space = at_once(self.queue()?.space_left())?;
         let room = space
             .saturating_sub(Self::SIZE - Self::USED)
             .min(Self::ROOM);
@@ -248,6 +225,48 @@ impl<'a, F: NorFlash> Page<'a, F> {
             scan.room = room;
         }
         Ok(scan)
+    }
+
+    /// The record with the settings of this generation: of equals the last.
+    pub(super) fn settings(&mut self, generation: u32) -> Result<Bytes, FlashError> {
+        let mut found = Bytes::new();
+        self.visit(&mut |bytes| {
+            let record = Record::read(bytes);
+            if record.is_some_and(|r| r.kind == Kind::Settings && r.generation == generation) {
+                found.clear();
+                // As long as the longest that is read.
+                let _ = found.extend_from_slice(bytes);
+            }
+        })?;
+        Ok(found)
+    }
+
+    /// Whether the page has this record: of those with the same header the last.
+    pub(super) fn holds(&mut self, record: &[u8]) -> Result<bool, FlashError> {
+        let mut is_held = false;
+        self.visit(&mut |bytes| {
+            if bytes.get(..HEADER) == record.get(..HEADER) {
+                is_held = bytes == record;
+            }
+        })?;
+        Ok(is_held)
+    }
+
+    /// Reads the records in their order; false if there is one longer than any, after which no
+    /// other can be found.
+    #[inline(never)]
+    fn visit(&mut self, take: &mut dyn FnMut(&[u8])) -> Result<bool, FlashError> {
+        let mut buffer = [0; MAX];
+        let mut queue = self.queue()?;
+        let mut records = at_once(queue.iter())?;
+        loop {
+            match at_once(records.next(&mut buffer)) {
+                Ok(Some(bytes)) => take(&bytes),
+                Ok(None) => return Ok(true),
+                Err(Error::Storage { value, .. }) => return Err(value),
+                Err(_) => return Ok(false),
+            }
+        }
     }
 
     /// Appends a record.

@@ -41,7 +41,7 @@ use serde::de::DeserializeOwned;
 
 /// Number of this layout.
 const FORMAT: u8 = 2;
-const HEADER: usize = 6;
+pub(super) const HEADER: usize = 6;
 const CRC_LEN: usize = 4;
 const HASH_LEN: usize = 8;
 const GROUP_HEADER: usize = 1 + HASH_LEN + 2;
@@ -110,38 +110,6 @@ impl<'a> Record<'a> {
         })
     }
 
-    /// The same record with another generation.
-    pub(super) fn renumbered(self, generation: u32) -> Self {
-        Self { generation, ..self }
-    }
-
-    /// A receipt for settings of this generation.
-    pub(super) fn receipt(generation: u32) -> Self {
-        Self {
-            format: FORMAT,
-            kind: Kind::Receipt,
-            generation,
-            body: &[],
-        }
-    }
-
-    /// As stored; `None` if it is longer than any.
-    pub(super) fn bytes(&self) -> Option<Bytes> {
-        let kind = match self.kind {
-            Kind::Settings => b'S',
-            Kind::Receipt => b'R',
-        };
-        let mut bytes = Bytes::new();
-        bytes.extend_from_slice(&[self.format, kind]).ok()?;
-        bytes
-            .extend_from_slice(&self.generation.to_le_bytes())
-            .ok()?;
-        bytes.extend_from_slice(self.body).ok()?;
-        let crc = crc32::checksum(&bytes);
-        bytes.extend_from_slice(&crc.to_le_bytes()).ok()?;
-        Some(bytes)
-    }
-
     /// The settings in it; groups that another version encoded otherwise are the defaults.
     pub(super) fn settings(&self) -> Result<(Settings, SettingsGroups), Malformed> {
         let mut settings = Settings::default();
@@ -208,34 +176,21 @@ fn schema_hash<T: Schema + ?Sized>() -> [u8; HASH_LEN] {
     Key::for_path::<T>("armbridge/settings").to_bytes()
 }
 
-/// A body under construction.
-struct Body {
-    bytes: [u8; BODY_MAX],
-    len: usize,
-}
-
-impl Body {
-    /// Appends a group; `None` if it cannot be encoded.
-    fn append<T: Schema + Serialize>(&mut self, tag: Tag, values: &T) -> Option<()> {
-        let room = self.bytes.get_mut(self.len..)?;
-        let (head, room) = room.split_first_chunk_mut::<GROUP_HEADER>()?;
-        let len = postcard::to_slice(values, room).ok()?.len();
-        let [found, hash @ .., low, high] = head;
-        *found = tag as u8;
-        *hash = schema_hash::<T>();
-        [*low, *high] = u16::try_from(len).ok()?.to_le_bytes();
-        self.len += GROUP_HEADER + len;
-        Some(())
-    }
+/// A receipt for settings of this generation, as stored.
+pub(super) fn encode_receipt(generation: u32) -> [u8; RECEIPT_LEN] {
+    let [g0, g1, g2, g3] = generation.to_le_bytes();
+    let mut bytes = [FORMAT, b'R', g0, g1, g2, g3, 0, 0, 0, 0];
+    seal(&mut bytes);
+    bytes
 }
 
 /// A record with these settings, as stored; `None` if they cannot be encoded.
-pub(super) fn encode_settings(settings: &Settings, generation: u32) -> Option<Bytes> {
+pub(super) fn encode_settings(
+    settings: &Settings,
+    generation: u32,
+) -> Option<heapless::Vec<u8, SETTINGS_MAX>> {
     let Settings { setup, limits } = settings;
-    let mut body = Body {
-        bytes: [0; BODY_MAX],
-        len: 0,
-    };
+    let mut record = heapless::Vec::from_array([FORMAT, b'S', 0, 0, 0, 0]);
     let control: ControlGroup = (
         setup.period_us,
         setup.controller,
@@ -243,17 +198,47 @@ pub(super) fn encode_settings(settings: &Settings, generation: u32) -> Option<By
         setup.estimator,
         setup.friction_nm,
     );
-    body.append(Tag::Control, &control)?;
-    body.append(Tag::Arm, &setup.arm)?;
-    body.append(Tag::Joints, &setup.joints)?;
-    body.append(Tag::Limits, limits)?;
-    let record = Record {
-        format: FORMAT,
-        kind: Kind::Settings,
-        generation,
-        body: body.bytes.get(..body.len)?,
-    };
-    record.bytes()
+    append(&mut record, Tag::Control, &control)?;
+    append(&mut record, Tag::Arm, &setup.arm)?;
+    append(&mut record, Tag::Joints, &setup.joints)?;
+    append(&mut record, Tag::Limits, limits)?;
+    record.extend_from_slice(&[0; CRC_LEN]).ok()?;
+    renumber(&mut record, generation);
+    Some(record)
+}
+
+/// Appends a group; `None` if it cannot be encoded.
+fn append<T: Schema + Serialize>(
+    record: &mut heapless::Vec<u8, SETTINGS_MAX>,
+    tag: Tag,
+    values: &T,
+) -> Option<()> {
+    let start = record.len();
+    record.resize_default(SETTINGS_MAX).ok()?;
+    let room = record.get_mut(start..)?;
+    let (head, room) = room.split_first_chunk_mut::<GROUP_HEADER>()?;
+    let len = postcard::to_slice(values, room).ok()?.len();
+    let [found, hash @ .., low, high] = head;
+    *found = tag as u8;
+    *hash = schema_hash::<T>();
+    [*low, *high] = u16::try_from(len).ok()?.to_le_bytes();
+    record.truncate(start + GROUP_HEADER + len);
+    Some(())
+}
+
+/// Gives a record another generation.
+pub(super) fn renumber(record: &mut [u8], generation: u32) {
+    if let Some([_, _, number @ ..]) = record.first_chunk_mut::<HEADER>() {
+        *number = generation.to_le_bytes();
+    }
+    seal(record);
+}
+
+/// Writes the CRC.
+fn seal(record: &mut [u8]) {
+    if let Some((plain, crc)) = record.split_last_chunk_mut::<CRC_LEN>() {
+        *crc = crc32::checksum(plain).to_le_bytes();
+    }
 }
 
 #[cfg(test)]

@@ -34,7 +34,7 @@ impl Core {
     /// The refusal for the host; the state is unchanged.
     pub(crate) fn command(
         &mut self,
-        command: ValidatedCommand,
+        command: &ValidatedCommand,
         bus: BusFacts,
     ) -> Result<(), Refusal> {
         let now = self.instant();
@@ -55,18 +55,18 @@ impl Core {
             ValidatedCommand::Prepare if bus.is_prepared => self.supervisor.check(Event::Prepare),
             ValidatedCommand::Prepare => self.apply(Event::Prepare),
             ValidatedCommand::Release => self.apply(Event::Release),
-            ValidatedCommand::Install(control) => self.install(&control),
-            ValidatedCommand::Limit(limits) => self.limit(limits),
+            ValidatedCommand::Install(control) => self.install(control),
+            ValidatedCommand::Limit(limits) => self.limit(*limits),
             ValidatedCommand::StartPoint => Ok(()),
             ValidatedCommand::Save => self.apply(Event::Keep),
         }
     }
 
     /// Drives the arm as requested; ends an experiment that the request replaces.
-    fn drive_by(&mut self, request: DriveRequest, now: Instant) -> Result<(), Refusal> {
+    fn drive_by(&mut self, request: &DriveRequest, now: Instant) -> Result<(), Refusal> {
         self.supervisor.check(Event::Drive)?;
         let goes_on = matches!(
-            &request,
+            request,
             DriveRequest::Experiment(plan) if self.control_loop.is_running(plan, now.is_driven)
         );
         let is_experimenting = now.is_driven && self.drive() == Drive::Experiment;

@@ -6,7 +6,7 @@ mod power;
 
 use super::memory::Memory;
 use super::page::Page;
-use super::record::{Record, encode_settings};
+use super::record::{encode_settings, renumber};
 use super::{PrepareError, SaveError, Store};
 use crate::bridge::can_run;
 use armbridge_link::message::{Settings, SettingsFrom, SettingsGroups};
@@ -297,12 +297,12 @@ fn what_is_not_for_this_program_is_not_used() {
     assert_eq!(store.load(can_run), refused);
 
     // Another version's settings are kept until this one saves its own.
-    let bytes = encode_settings(&settings(3), 7).unwrap();
-    let mut record = Record::read(&bytes).unwrap();
-    record.format += 1;
+    let mut record = encode_settings(&settings(3), 7).unwrap();
+    record[0] += 1;
+    renumber(&mut record, 7);
     let mut flash = store.flash;
     let mut page = Page::new(&mut flash, 0);
-    page.append(&record.bytes().unwrap()).unwrap();
+    page.append(&record).unwrap();
     let mut store = Store::new(flash);
     for saves in [1, 3] {
         store.prepare(saves).unwrap();
