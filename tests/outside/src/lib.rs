@@ -54,7 +54,7 @@ impl Loop {
             is_driven: self.input.permission == Permission::Drive,
         };
         let request = DriveRequest::Regulate(angle_rad);
-        self.control.request(&self.config, request, now)?;
+        self.control.request(&self.config, &request, now)?;
         self.input.permission = Permission::Drive;
         Ok(())
     }
