@@ -1,94 +1,72 @@
-//! Names of modes, faults and kinds of missing samples.
+//! Names of modes, commands and kinds of missing samples. Those of faults are in
+//! [`Fault`].
 //!
 //! Log files, tables and plots all use these, so that a name found in one can
 //! be searched for in the others.
 
-use armbridge_link::message::{Command, Drive, Fault, Guards, Missing, Mode, StopSource};
+use armbridge_link::message::{Command, Drive, Fault, Guards, Missing, Mode};
 use armbridge_servo::Alarms;
 
 use crate::servo_table::alarms;
 
-/// Every fault.
-pub const FAULTS: [Fault; 28] = [
-    Fault::EmergencyStop(StopSource::Host),
-    Fault::EmergencyStop(StopSource::Pin),
-    Fault::EmergencyStop(StopSource::Flood),
-    Fault::EmergencyStop(StopSource::Crystal),
-    Fault::HostSilent,
-    Fault::AngleLimit,
-    Fault::SpeedLimit,
-    Fault::TorqueLimit,
-    Fault::TorqueRate,
-    Fault::PwmLimit,
-    Fault::Temperature,
-    Fault::DeadZone,
-    Fault::ServoSilent,
-    Fault::ServoReset,
-    Fault::SamplesLost,
-    Fault::SamplesRare,
-    Fault::Overrun,
-    Fault::Clock,
-    Fault::Diverged,
-    Fault::Stuck,
-    Fault::EncoderFrozen,
-    Fault::ExternalTorque,
-    Fault::MotorDirection,
-    Fault::JointsSwapped,
-    Fault::NotFinite,
-    Fault::ServoAlarm,
-    Fault::FirmwareChanged,
-    Fault::Corrupted,
-];
+/// Declares the values of an enum with their names: all values, and the name of one.
+macro_rules! names {
+    (
+        $(#[$doc:meta])* $all:ident
+        $(#[$name_doc:meta])* $name_of:ident($enum:ident)
+        { $($value:ident $(($inner:path))? $name:literal,)* $(; $rest:pat => $rest_name:literal)? }
+    ) => {
+        $(#[$doc])*
+        pub const $all: [$enum; [$($name),*].len()] = [$($enum::$value $(($inner))?),*];
 
-/// Every kind of missing sample.
-pub const MISSING: [Missing; 7] = [
-    Missing::NotAsked,
-    Missing::Silence,
-    Missing::EchoOnly,
-    Missing::BadChecksum,
-    Missing::WrongId,
-    Missing::Short,
-    Missing::Line,
-];
+        $(#[$name_doc])*
+        pub const fn $name_of(value: $enum) -> &'static str {
+            match value {
+                $($enum::$value $(($inner))? => $name,)*
+                $($rest => $rest_name,)?
+            }
+        }
+    };
+}
 
-/// Every mode but the faults.
-pub const MODES: [Mode; 15] = [
-    Mode::Boot,
-    Mode::Idle,
-    Mode::MotorCheck,
-    Mode::Armed,
-    Mode::Running(Drive::Torque),
-    Mode::Running(Drive::Regulate),
-    Mode::Running(Drive::Track),
-    Mode::Running(Drive::Hold),
-    Mode::Running(Drive::Experiment),
-    Mode::Degraded(Drive::Torque),
-    Mode::Degraded(Drive::Regulate),
-    Mode::Degraded(Drive::Track),
-    Mode::Degraded(Drive::Hold),
-    Mode::Degraded(Drive::Experiment),
-    Mode::Passthrough,
-];
+names! {
+    /// Every mode but the faults.
+    MODES
+    /// Name of a mode; faults all are `fault`, see [`Fault::name`].
+    mode(Mode)
+    {
+        Boot "boot",
+        Idle "idle",
+        MotorCheck "motor_check",
+        Armed "armed",
+        Running(Drive::Torque) "torque",
+        Running(Drive::Regulate) "regulate",
+        Running(Drive::Track) "track",
+        Running(Drive::Hold) "hold",
+        Running(Drive::Experiment) "experiment",
+        Degraded(Drive::Torque) "torque_degraded",
+        Degraded(Drive::Regulate) "regulate_degraded",
+        Degraded(Drive::Track) "track_degraded",
+        Degraded(Drive::Hold) "hold_degraded",
+        Degraded(Drive::Experiment) "experiment_degraded",
+        Passthrough "passthrough",
+        ; Mode::Fault(_) => "fault"
+    }
+}
 
-/// Name of a mode; faults all are `fault`, see [`fault`].
-pub fn mode(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Boot => "boot",
-        Mode::Idle => "idle",
-        Mode::MotorCheck => "motor_check",
-        Mode::Armed => "armed",
-        Mode::Running(Drive::Torque) => "torque",
-        Mode::Running(Drive::Regulate) => "regulate",
-        Mode::Running(Drive::Track) => "track",
-        Mode::Running(Drive::Hold) => "hold",
-        Mode::Running(Drive::Experiment) => "experiment",
-        Mode::Degraded(Drive::Torque) => "torque_degraded",
-        Mode::Degraded(Drive::Regulate) => "regulate_degraded",
-        Mode::Degraded(Drive::Track) => "track_degraded",
-        Mode::Degraded(Drive::Hold) => "hold_degraded",
-        Mode::Degraded(Drive::Experiment) => "experiment_degraded",
-        Mode::Passthrough => "passthrough",
-        Mode::Fault(_) => "fault",
+names! {
+    /// Every kind of missing sample.
+    MISSING
+    /// Name of a kind of missing sample.
+    missing(Missing)
+    {
+        NotAsked "not_asked",
+        Silence "silence",
+        EchoOnly "echo_only",
+        BadChecksum "bad_checksum",
+        WrongId "wrong_id",
+        Short "short",
+        Line "line",
     }
 }
 
@@ -124,40 +102,6 @@ pub fn fault_of(mode: Mode) -> Option<Fault> {
     }
 }
 
-/// Name of a fault.
-pub fn fault(fault: Fault) -> &'static str {
-    match fault {
-        Fault::EmergencyStop(StopSource::Host) => "emergency_stop_host",
-        Fault::EmergencyStop(StopSource::Pin) => "emergency_stop_pin",
-        Fault::EmergencyStop(StopSource::Flood) => "emergency_stop_flood",
-        Fault::EmergencyStop(StopSource::Crystal) => "emergency_stop_crystal",
-        Fault::HostSilent => "host_silent",
-        Fault::AngleLimit => "angle_limit",
-        Fault::SpeedLimit => "speed_limit",
-        Fault::TorqueLimit => "torque_limit",
-        Fault::TorqueRate => "torque_rate",
-        Fault::PwmLimit => "pwm_limit",
-        Fault::Temperature => "temperature",
-        Fault::DeadZone => "dead_zone",
-        Fault::ServoSilent => "servo_silent",
-        Fault::ServoReset => "servo_reset",
-        Fault::SamplesLost => "samples_lost",
-        Fault::SamplesRare => "samples_rare",
-        Fault::Overrun => "overrun",
-        Fault::Clock => "clock",
-        Fault::Diverged => "diverged",
-        Fault::Stuck => "stuck",
-        Fault::EncoderFrozen => "encoder_frozen",
-        Fault::ExternalTorque => "external_torque",
-        Fault::MotorDirection => "motor_direction",
-        Fault::JointsSwapped => "joints_swapped",
-        Fault::NotFinite => "not_finite",
-        Fault::ServoAlarm => "servo_alarm",
-        Fault::FirmwareChanged => "firmware_changed",
-        Fault::Corrupted => "corrupted",
-    }
-}
-
 /// Separator of several names.
 const AND: &str = "+";
 
@@ -178,17 +122,4 @@ const GUARDS: [(Guards, &str); 4] = [
 pub fn guards(guards: Guards) -> String {
     let named = GUARDS.iter().filter(|(guard, _)| guards.contains(*guard));
     named.map(|(_, name)| *name).collect::<Vec<_>>().join(AND)
-}
-
-/// Name of a kind of missing sample.
-pub fn missing(missing: Missing) -> &'static str {
-    match missing {
-        Missing::NotAsked => "not_asked",
-        Missing::Silence => "silence",
-        Missing::EchoOnly => "echo_only",
-        Missing::BadChecksum => "bad_checksum",
-        Missing::WrongId => "wrong_id",
-        Missing::Short => "short",
-        Missing::Line => "line",
-    }
 }

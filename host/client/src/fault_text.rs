@@ -2,7 +2,7 @@
 //! remedy.
 
 use crate::number_text::beside_limit;
-use armbridge_link::message::{Drive, Fault, Mode, OffReport, OffState, StopSource, Trip};
+use armbridge_link::message::{Drive, Fault, Mode, OffReport, OffState, Trip};
 
 /// Explanation of a trip for the user. Lines without a full stop.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -17,7 +17,7 @@ pub struct FaultDescription {
 
 /// Explains a trip.
 pub fn in_words(trip: &Trip) -> FaultDescription {
-    let (cause, remedy) = cause_and_remedy(trip.fault);
+    let cause = trip.fault.cause();
     let joint = trip.joint.map(|joint| u32::from(joint) + 1);
     FaultDescription {
         cause: joint.map_or_else(
@@ -25,126 +25,7 @@ pub fn in_words(trip: &Trip) -> FaultDescription {
             |joint| format!("joint {joint}: {cause}"),
         ),
         measured: measured(trip),
-        remedy,
-    }
-}
-
-/// Cause and remedy of a fault.
-#[expect(clippy::too_many_lines, reason = "a table, two lines a fault")]
-pub fn cause_and_remedy(fault: Fault) -> (&'static str, &'static str) {
-    match fault {
-        Fault::EmergencyStop(StopSource::Host) => (
-            "emergency stop, asked for by the host",
-            "clear it when the arm is free to move",
-        ),
-        Fault::EmergencyStop(StopSource::Pin) => (
-            "emergency stop by the switch at the board, or its wire broke",
-            "release the switch or mend the wire, then clear",
-        ),
-        Fault::EmergencyStop(StopSource::Flood) => (
-            "emergency stop: more garbage than frames on the link",
-            "end whatever else writes to the link, then clear",
-        ),
-        Fault::EmergencyStop(StopSource::Crystal) => (
-            "the board's crystal does not oscillate",
-            "use another board",
-        ),
-        Fault::HostSilent => (
-            "the host was silent for too long",
-            "check cable and computer, then clear and arm again",
-        ),
-        Fault::AngleLimit => (
-            "beyond its angle limit, or braked before it for too long",
-            "bring the arm back by hand, then clear",
-        ),
-        Fault::SpeedLimit => (
-            "faster than its limit",
-            "look for what pushes it, or lower the gains, then clear",
-        ),
-        Fault::TorqueLimit => (
-            "more torque than the limit was wanted for too long",
-            "look for what blocks it, or lower the gains, then clear",
-        ),
-        Fault::TorqueRate => (
-            "the wanted torque changed too fast for too long",
-            "the loop rattles: lower the gains or slow the estimator",
-        ),
-        Fault::PwmLimit => (
-            "more PWM than the limit was wanted for too long",
-            "look for what blocks the arm, or lower the gains, then clear",
-        ),
-        Fault::Temperature => (
-            "its servo is too hot, or has changed its temperature too much",
-            "let it cool down, then clear",
-        ),
-        Fault::DeadZone => (
-            "it is where its potentiometer has no track",
-            "turn it back by hand, then clear; is the servo mounted right?",
-        ),
-        Fault::ServoSilent => (
-            "its servo no longer answers",
-            "check its plug and its supply, then clear",
-        ),
-        Fault::ServoReset => (
-            "its servo has been off and on again",
-            "check the supply under load, then clear",
-        ),
-        Fault::SamplesLost => (
-            "too many samples in a row came damaged",
-            "check the bus wiring and its ground, then clear",
-        ),
-        Fault::SamplesRare => (
-            "too many samples were missing within a second",
-            "check the bus wiring and its ground, then clear",
-        ),
-        Fault::Overrun => (
-            "ticks began later than a whole period",
-            "use a longer period or a faster bus, then clear",
-        ),
-        Fault::Clock => (
-            "the board's clock went back",
-            "reset the board; if it happens again, the board is broken",
-        ),
-        Fault::Diverged => (
-            "it is not where the estimate is, again and again",
-            "check calibration and encoder, then clear",
-        ),
-        Fault::Stuck => (
-            "it does not move though driven",
-            "look for what blocks it, and at its gears, then clear",
-        ),
-        Fault::EncoderFrozen => (
-            "its encoder repeats one count: it has stopped",
-            "check the servo's position reading, then clear",
-        ),
-        Fault::ExternalTorque => (
-            "a torque that the model does not explain acts for long",
-            "check its encoder, calibration and load, then clear",
-        ),
-        Fault::MotorDirection => (
-            "its motor turns it the wrong way",
-            "check the direction and the mounting of its servo, then clear",
-        ),
-        Fault::JointsSwapped => (
-            "each servo seems to move the joint of the other",
-            "check the servos' ids and the masses of the links, then clear",
-        ),
-        Fault::NotFinite => (
-            "the control law made something that is not a number",
-            "go back to gains and estimator that worked, then clear",
-        ),
-        Fault::ServoAlarm => (
-            "its servo reports heat or overload, and lets go",
-            "let it cool down, take load off the arm, then clear",
-        ),
-        Fault::FirmwareChanged => (
-            "the servos run another firmware than before",
-            "if that is meant, clear; otherwise check what is on the bus",
-        ),
-        Fault::Corrupted => (
-            "a parameter in memory is not what it was set to",
-            "send the settings again, then clear; check the supply",
-        ),
+        remedy: trip.fault.remedy(),
     }
 }
 
@@ -244,11 +125,10 @@ pub fn off(report: &OffReport) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::enum_names::FAULTS;
 
     #[test]
     fn every_fault_has_cause_remedy_and_measured_value() {
-        for fault in FAULTS {
+        for fault in Fault::ALL {
             let description = in_words(&Trip {
                 fault,
                 joint: Some(1),

@@ -205,7 +205,7 @@ pub(super) fn mode(mode: Mode) -> (Severity, String) {
     let (name, meaning) = fault_text::mode(mode);
     match mode {
         Mode::Fault(fault) => {
-            let (cause, _) = fault_text::cause_and_remedy(fault);
+            let cause = fault.cause();
             (Severity::Error, format!("{name}: {cause}; {meaning}"))
         }
         Mode::Degraded(_) => (Severity::Warning, format!("{name}: {meaning}")),

@@ -33,7 +33,8 @@
 //! |-------------|----------------------------------------------------------|
 //! | [`message`] | messages                                                 |
 //! | [`record`]  | record of a tick: inputs, outputs, timing                |
-//! | [`mode`]    | modes of the board, causes of faults                     |
+//! | [`fault`]   | faults: name, cause and remedy of each                   |
+//! | [`mode`]    | modes of the board                                       |
 //! | [`limits`]  | limits of the monitors                                   |
 //! | [`board`]   | report of a board                                        |
 //! | `setup`     | parameters of control and estimation                     |
@@ -91,6 +92,7 @@
 pub mod board;
 pub mod crc32;
 pub mod experiment;
+pub mod fault;
 pub mod frame;
 pub mod limits;
 pub mod message;

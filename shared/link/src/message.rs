@@ -10,8 +10,9 @@
 
 pub use super::board::{BoardReport, End, LastEnd, SettingsFrom, SettingsGroups, Stack};
 use super::experiment::{Conclusion, Experiment, Objection};
+pub use super::fault::{Fault, StopSource};
 pub use super::limits::Limits;
-pub use super::mode::{Drive, Fault, Guards, Mode, OffReport, OffState, StopSource, Trip};
+pub use super::mode::{Drive, Guards, Mode, OffReport, OffState, Trip};
 use super::motion::Motion;
 pub use super::record::{Record, TickInput, TickOutput, Timing};
 pub use super::setup::{Controller, Gains, Settings, Setup};

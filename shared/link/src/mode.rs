@@ -1,5 +1,6 @@
-//! Modes of the board, and causes of faults.
+//! Modes of the board.
 
+use super::fault::Fault;
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -85,84 +86,6 @@ impl Drive {
             Self::Torque | Self::Experiment => false,
         }
     }
-}
-
-/// Fault for which the supervisor switched torque off.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Fault {
-    /// An emergency stop was requested.
-    EmergencyStop(StopSource),
-    /// No valid frame from the host for too long.
-    HostSilent,
-    /// A joint left its angle limit.
-    AngleLimit,
-    /// A joint is faster than its limit.
-    SpeedLimit,
-    /// More torque than the limit was wanted for too long.
-    TorqueLimit,
-    /// The wanted torque changed faster than its limit for too long.
-    TorqueRate,
-    /// More PWM than the limit was wanted for too long.
-    PwmLimit,
-    /// A servo is too hot, or its temperature has changed too much.
-    Temperature,
-    /// A joint is in the gap of its potentiometer.
-    DeadZone,
-    /// A servo no longer answers.
-    ServoSilent,
-    /// A servo answers, but has been reset.
-    ServoReset,
-    /// Too many samples in a row came damaged.
-    SamplesLost,
-    /// Too many samples were missing within a second.
-    SamplesRare,
-    /// A tick took longer than its period.
-    Overrun,
-    /// The board's clock went back.
-    Clock,
-    /// Samples differ repeatedly from the prediction of the estimator.
-    Diverged,
-    /// A joint does not move though it is driven.
-    Stuck,
-    /// An encoder repeats one count for longer than its noise allows: it has stopped.
-    EncoderFrozen,
-    /// A torque that the model does not explain acts on a joint for long: its encoder drifts or
-    /// has an offset, its motor is weaker or stronger than calibrated, or something pushes it.
-    ExternalTorque,
-    /// A motor turns its joint the wrong way.
-    MotorDirection,
-    /// Each servo moves the joint of the other.
-    JointsSwapped,
-    /// The control law produced NaN or an infinite value.
-    NotFinite,
-    /// A stock servo reported that it is too hot or overloaded: it switches
-    /// its torque off by itself.
-    ServoAlarm,
-    /// The servos run another firmware than before.
-    FirmwareChanged,
-    /// A parameter in memory has changed.
-    Corrupted,
-}
-
-/// Source of an emergency stop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum StopSource {
-    /// [`ToBoard::Stop`](super::message::ToBoard::Stop).
-    Host,
-    /// The switch at the board's stop input, or a wire of it that broke.
-    Pin,
-    /// More garbage than frames came over the link.
-    Flood,
-    /// The board's crystal does not oscillate: it runs on an oscillator that is too
-    /// inaccurate for the servo bus, USB and the period.
-    Crystal,
-}
-
-impl StopSource {
-    /// All sources.
-    pub const ALL: [Self; 4] = [Self::Host, Self::Pin, Self::Flood, Self::Crystal];
 }
 
 /// What tripped the supervisor: the first cause, with the values.

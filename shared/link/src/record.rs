@@ -6,7 +6,8 @@
 //! [`Moment`](crate::message::Moment).
 
 use crate::experiment::ExperimentEnd;
-use crate::mode::{Fault, Guards, Mode};
+use crate::fault::Fault;
+use crate::mode::{Guards, Mode};
 use armbridge_servo::{JOINTS, Missing, Pwm, Sample};
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;

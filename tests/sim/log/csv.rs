@@ -1,6 +1,7 @@
 //! Any record is read back from the table.
 
 use armbridge_client::enum_names;
+use armbridge_link::message::Fault;
 use armbridge_link::message::{
     Drive, Guards, Missing, Mode, Record, Sample, TickInput, TickOutput, Timing,
 };
@@ -51,11 +52,9 @@ struct Row {
 
 fn mode(name: &str, fault: &str) -> Option<Mode> {
     let mut modes = enum_names::MODES.into_iter();
-    let mut faults = enum_names::FAULTS.into_iter();
+    let mut faults = Fault::ALL.into_iter();
     match name {
-        "fault" => faults
-            .find(|known| enum_names::fault(*known) == fault)
-            .map(Mode::Fault),
+        "fault" => faults.find(|known| known.name() == fault).map(Mode::Fault),
         name => modes.find(|known| enum_names::mode(*known) == name),
     }
 }
@@ -130,7 +129,7 @@ impl Row {
 fn every_kind_of_record() -> Vec<Record> {
     let mut records = synthetic::run(0.06);
     let last = *records.last().unwrap();
-    let modes = enum_names::FAULTS
+    let modes = Fault::ALL
         .into_iter()
         .map(Mode::Fault)
         .chain([Mode::Idle, Mode::Running(Drive::Torque)]);

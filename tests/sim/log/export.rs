@@ -5,6 +5,7 @@
 //! from the records; `tests/python/columns.py` reads both with pyarrow, polars, `SciPy` and
 //! Python's own csv, and compares.
 
+use armbridge_link::message::Fault;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -55,7 +56,7 @@ fn records() -> Vec<Record> {
     // A gap.
     records.drain(500..520);
     let last = *records.last().unwrap();
-    let modes = enum_names::FAULTS
+    let modes = Fault::ALL
         .into_iter()
         .map(Mode::Fault)
         .chain(enum_names::MODES);
@@ -137,7 +138,7 @@ impl Expected<'_> {
         });
         self.bytes("tick", "u4", |r| r.tick.to_le_bytes());
         self.words("board_mode", |r| enum_names::mode(r.mode).to_owned());
-        let fault = |r: &Record| enum_names::fault_of(r.mode).map_or("", enum_names::fault);
+        let fault = |r: &Record| enum_names::fault_of(r.mode).map_or("", Fault::name);
         self.words("fault", |r| fault(r).to_owned());
         self.words("guards", |r| enum_names::guards(r.output.guards));
         self.reals(["reference_rad_1", "reference_rad_2"], |r| {

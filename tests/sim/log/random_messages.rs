@@ -1,7 +1,7 @@
 //! A link with every message there is, with random numbers in it.
 
 use armbridge_client::Tap;
-use armbridge_client::enum_names::{FAULTS, MISSING, MODES};
+use armbridge_client::enum_names::{MISSING, MODES};
 use armbridge_client::event::{Direction, Event, LinkDecoder};
 use armbridge_control::trajectory::Quantity;
 use armbridge_link::frame::Encoder;
@@ -59,7 +59,7 @@ impl Random {
 
     fn mode(&mut self) -> Mode {
         match self.bits() % 2 {
-            0 => Mode::Fault(self.one_of(&FAULTS)),
+            0 => Mode::Fault(self.one_of(&Fault::ALL)),
             _ => self.one_of(&MODES),
         }
     }
@@ -224,7 +224,7 @@ impl Random {
                 ..BoardReport::default()
             }),
             ToHost::Tripped(Trip {
-                fault: self.one_of(&FAULTS),
+                fault: self.one_of(&Fault::ALL),
                 joint: Some(1),
                 tick: self.bits() as u32,
                 at_us: self.bits(),

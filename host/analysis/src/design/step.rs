@@ -1,6 +1,6 @@
 //! Step responses of a set-up: of the linear loop and of the simulated bench.
 
-use armbridge_client::{enum_names, refusal_text};
+use armbridge_client::refusal_text;
 use armbridge_control::actuator::Joint;
 use armbridge_link::message::{Mode, Record, Refusal, Setup};
 use armbridge_servo::JOINTS;
@@ -61,7 +61,7 @@ pub(super) fn responses(setup: &Setup) -> Result<Responses, StepError> {
     let script = script.map_err(|_| StepError::Refused(Refusal::OutOfRange))?;
     let run = Trial::new(plant, script).run(SEED)?;
     let fault = |record: &Record| match record.mode {
-        Mode::Fault(fault) => Some(enum_names::fault(fault)),
+        Mode::Fault(fault) => Some(fault.name()),
         _ => None,
     };
     Ok(Responses {

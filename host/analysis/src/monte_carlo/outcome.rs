@@ -1,6 +1,7 @@
 //! Performance figures of a run, computed from the true arm.
 
 use armbridge_client::enum_names;
+use armbridge_link::message::Fault;
 use armbridge_link::message::{Record, Sample};
 use armbridge_log::summary::SETTLED_RAD;
 use armbridge_servo::{JOINTS, Pwm};
@@ -72,7 +73,7 @@ impl Outcome {
             .records
             .iter()
             .find_map(|r| enum_names::fault_of(r.mode));
-        let fault = fault.map(enum_names::fault);
+        let fault = fault.map(Fault::name);
         let pushed_us = |push: &armbridge_sim::plant::Push| run.begun_us + push.start_ns / 1_000;
         let first_push_us = trial.pushes.iter().map(pushed_us).min();
         let last_push_us = trial.pushes.iter().map(pushed_us).max();

@@ -2,8 +2,8 @@
 
 use armbridge_client::error::{SessionError, end_in_words};
 use armbridge_client::params::ParameterError;
+use armbridge_client::refusal_text;
 use armbridge_client::status::Obstacle;
-use armbridge_client::{enum_names, refusal_text};
 use armbridge_link::message::{Fault, LastEnd, Refusal};
 
 /// Failure of a run.
@@ -29,7 +29,7 @@ pub enum PlanError {
     /// A latched fault prevents torque.
     #[error(
         "a fault is latched on the board, `{}`: see to its cause, then clear it (`run --clear`)",
-        enum_names::fault(*.0)
+        .0.name()
     )]
     Latched(Fault),
     /// The link broke while the motors were on.

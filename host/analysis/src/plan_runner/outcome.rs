@@ -1,6 +1,6 @@
 //! End of a run and its stop conditions.
 
-use armbridge_client::{ctrl_c, enum_names};
+use armbridge_client::ctrl_c;
 use armbridge_link::message::{Drive, Fault, Mode, Record};
 use armbridge_servo::JOINTS;
 
@@ -56,10 +56,7 @@ impl Ending {
                 joint + 1
             ),
             Self::Fault(fault) => {
-                format!(
-                    "the board switched torque off: {}",
-                    enum_names::fault(*fault)
-                )
+                format!("the board switched torque off: {}", fault.name())
             }
             Self::Interrupted => format!("{}; motors are off", ctrl_c::in_words()),
         }

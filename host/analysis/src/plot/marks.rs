@@ -177,7 +177,7 @@ pub(super) fn draw_faults(drawing: &mut Drawing, panel: &Panel, run: &Run) {
         if let (Some(fault), Some(first), Some(last)) =
             (fault_of(&chunk[0]), chunk.first(), chunk.last())
         {
-            let text = format!("fault: {}", enum_names::fault(fault));
+            let text = format!("fault: {}", fault.name());
             let span = [first.time_s, last.time_s];
             draw_fault(drawing, panel, span, &text, &mut free);
         }

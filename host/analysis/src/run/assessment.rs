@@ -1,6 +1,5 @@
 //! Assessment of a run by its end and its expectations, in a run folder or in a sweep.
 
-use armbridge_client::enum_names;
 use armbridge_log::summary::{Summary, Tally};
 
 use crate::plan_runner::Ending;
@@ -31,7 +30,7 @@ pub fn assess(
     let is_success = error.is_none()
         && ending.is_some_and(|ending| success.iter().any(|success| success.matches(ending)));
     let fault = match ending {
-        Some(Ending::Fault(fault)) if !is_success => Some(enum_names::fault(fault)),
+        Some(Ending::Fault(fault)) if !is_success => Some(fault.name()),
         _ => None,
     };
     let missed = match (ending, judge) {

@@ -1,11 +1,12 @@
 //! Conversion of a scenario file to a plan, with all checks that are possible before
 //! anything moves.
 
+use armbridge_link::message::Fault;
 use std::path::Path;
 
 use armbridge_board::bridge::SERVO_IDS;
+use armbridge_client::params;
 use armbridge_client::toml_file::DocumentError;
-use armbridge_client::{enum_names, params};
 use armbridge_control::arm::State;
 use armbridge_link::message::Settings;
 use armbridge_servo::{Firmware, JOINTS};
@@ -160,7 +161,7 @@ fn stop(keys: &StopKeys, overrides: &Overrides) -> Result<(Stop, Vec<Success>), 
     let success = success.map(|(number, name)| {
         Success::from_name(name).ok_or_else(|| {
             let ends = ["time", "angle", "error", "fault"].into_iter();
-            let known = ends.chain(enum_names::FAULTS.map(enum_names::fault));
+            let known = ends.chain(Fault::ALL.map(Fault::name));
             let meant = params::nearest(name, known)
                 .map_or_else(String::new, |known| format!(" Is it `{known}`?"));
             let message = format!(

@@ -67,10 +67,11 @@ pub use file::{EndName, Expect};
 pub use keys::KEYS;
 pub use preview::{JointPreview, Preview, ReferencePoint, Stage};
 
+use armbridge_link::message::Fault;
 use std::path::{Path, PathBuf};
 
+use armbridge_client::params;
 use armbridge_client::toml_file::{self, DocumentError};
-use armbridge_client::{enum_names, params};
 use armbridge_link::message::Settings;
 use armbridge_log::run_info::RunFacts;
 use armbridge_servo::JOINTS;
@@ -175,7 +176,7 @@ impl Success {
             "error" => Some(Self::Error),
             "fault" => Some(Self::Fault),
             _ => {
-                let mut faults = enum_names::FAULTS.into_iter().map(enum_names::fault);
+                let mut faults = Fault::ALL.into_iter().map(Fault::name);
                 faults.find(|fault| *fault == name).map(Self::Named)
             }
         }
@@ -198,9 +199,7 @@ impl Success {
             Ending::Time => self == Self::Time,
             Ending::Angle { .. } => self == Self::Angle,
             Ending::Error { .. } => self == Self::Error,
-            Ending::Fault(fault) => {
-                self == Self::Fault || self == Self::Named(enum_names::fault(fault))
-            }
+            Ending::Fault(fault) => self == Self::Fault || self == Self::Named(fault.name()),
             Ending::Interrupted => false,
         }
     }

@@ -2,7 +2,6 @@
 
 use armbridge::board_tasks::motors_off::{Goal, MotorsOff};
 use armbridge::config::Config;
-use armbridge_client::enum_names;
 use armbridge_sim::link::Pace;
 
 use super::{Outcome, task};
@@ -28,7 +27,7 @@ pub(crate) fn run(args: &TaskArgs) -> Outcome {
     let message = host.task.cleared().map_or_else(
         || "no fault was latched; motors are off".to_owned(),
         |fault| {
-            let fault = enum_names::fault(fault);
+            let fault = fault.name();
             format!("the fault {fault} is cleared; motors are off")
         },
     );

@@ -11,7 +11,7 @@ use armbridge::board_tasks::motors_off::{Goal, MotorsOff};
 use armbridge::config::Config;
 use armbridge_client::transport::stop_socket::{Answer, BoardKey, Order, OwnerAnswer, ask};
 use armbridge_client::transport::{LinkUri, usb_discovery};
-use armbridge_client::{enum_names, fault_text, stdio};
+use armbridge_client::{fault_text, stdio};
 use armbridge_link::message::{Fault, Mode};
 use armbridge_sim::link::{BoardUri, Pace};
 use serde_json::{Value, json};
@@ -106,7 +106,7 @@ fn open(args: &TaskArgs, order: Order) -> Result<(String, Option<String>), Error
             account.cause, account.remedy
         ),
     };
-    Ok((message, Some(enum_names::fault(fault).into())))
+    Ok((message, Some(fault.name().into())))
 }
 
 /// Runs `stop` or `disarm`.

@@ -1,5 +1,6 @@
 //! `armbridge status`: board, servo and link status.
 
+use armbridge_link::message::Fault;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -326,7 +327,7 @@ fn as_json(uri: &BoardUri, host: &TaskHost<Status>, list: Option<&ImageList>) ->
         "ready": status.servos.map(|servos| servos.is_ready),
         "trouble": status.obstacle.map(|obstacle| obstacle.to_string()),
         "mode": mode.map(enum_names::mode),
-        "fault": mode.and_then(enum_names::fault_of).map(enum_names::fault),
+        "fault": mode.and_then(enum_names::fault_of).map(Fault::name),
         "cause": status.trip.map(|tripped| fault_text::in_words(&tripped).cause),
         "advice": status.trip.map(|tripped| fault_text::in_words(&tripped).remedy),
         "joints": joints,

@@ -1,5 +1,6 @@
 //! Runs a task on a link, for commands that do one thing.
 
+use armbridge_link::message::Fault;
 use std::process::ExitCode;
 
 use armbridge::board_tasks::{Task, TaskHost};
@@ -68,7 +69,7 @@ pub(crate) fn print<T: Task>(
         let report = json!({
             "link": uri.to_string(),
             "mode": mode.map(enum_names::mode),
-            "fault": mode.and_then(enum_names::fault_of).map(enum_names::fault),
+            "fault": mode.and_then(enum_names::fault_of).map(Fault::name),
             "in_words": message,
         });
         stdio::print_line(report)?;

@@ -5,6 +5,7 @@
 //! [`Record`] or of the [`TrueState`], to the bit. An enum or a set of bits is a word: an index
 //! into a list of [`Words`], whose first is empty for no value.
 
+use armbridge_link::message::Fault;
 use std::fmt::Write as _;
 
 use armbridge_client::enum_names;
@@ -76,7 +77,7 @@ impl Words {
                 modes.chain(["fault"]).map(str::to_owned).collect()
             }
             Self::Faults => {
-                let faults = enum_names::FAULTS.into_iter().map(enum_names::fault);
+                let faults = Fault::ALL.into_iter().map(Fault::name);
                 none().chain(faults.map(str::to_owned)).collect()
             }
             Self::Guards => {
@@ -115,7 +116,7 @@ fn mode(record: &Record, _: usize) -> usize {
 }
 
 fn fault(record: &Record, _: usize) -> usize {
-    enum_names::fault_of(record.mode).map_or(0, |fault| word_index(&enum_names::FAULTS, &fault))
+    enum_names::fault_of(record.mode).map_or(0, |fault| word_index(&Fault::ALL, &fault))
 }
 
 fn missing(record: &Record, joint: usize) -> usize {

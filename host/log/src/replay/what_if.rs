@@ -8,8 +8,8 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use armbridge_client::params;
 use armbridge_client::params::ParameterError;
-use armbridge_client::{enum_names, params};
 use armbridge_link::message::{Record, Settings, TickOutput};
 use armbridge_servo::JOINTS;
 use serde::Serialize;
@@ -134,9 +134,8 @@ impl Sums {
         self.driven += 1;
         if let (None, Some(violation)) = (recorded.output.fault(), computed.fault()) {
             self.faults += 1;
-            self.first_fault.get_or_insert_with(|| {
-                (recorded.tick, enum_names::fault(violation.fault).to_owned())
-            });
+            self.first_fault
+                .get_or_insert_with(|| (recorded.tick, violation.fault.name().to_owned()));
         }
         let recorded = &recorded.output;
         for (count, output) in self.guarded.iter_mut().zip([recorded, computed]) {

@@ -1,6 +1,5 @@
 //! Remarks on the numbers of a summary.
 
-use armbridge_client::enum_names;
 use armbridge_client::number_text::beside_limit;
 use armbridge_link::message::Fault;
 use armbridge_servo::JOINTS;
@@ -15,7 +14,7 @@ pub(super) fn remarks(summary: &Summary) -> Vec<String> {
     let rest_torque = summary.rest_torque.as_ref();
     remarks.extend(rest_torque.and_then(|torque| torque.remark(&summary.run)));
     for fault in &summary.faults {
-        let is_angle = fault.fault == enum_names::fault(Fault::AngleLimit);
+        let is_angle = fault.fault == Fault::AngleLimit.name();
         let text = |cause| cause_text(cause, is_angle);
         let cause = fault.cause.as_ref().map_or_else(String::new, text);
         remarks.push(format!(

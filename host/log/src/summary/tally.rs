@@ -169,7 +169,7 @@ impl Tally {
         if let (true, Some(fault)) = (fault != self.fault, fault) {
             self.faults.push(FaultSummary {
                 time_s: record.input.start_us.saturating_sub(self.origin_us) as f64 * 1e-6,
-                fault: enum_names::fault(fault),
+                fault: fault.name(),
                 cause: None,
             });
         }

@@ -9,7 +9,6 @@
 //! Motors, modes and the true arm are checked at every event on the bench, not at ticks,
 //! from power-up to the end.
 
-use armbridge_client::enum_names;
 use armbridge_link::message::{Drive, Fault, Mode, SettingsFrom};
 use armbridge_servo::JOINTS;
 
@@ -306,7 +305,7 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
                     expect::is_fault_expected(*kind, fault, case) && is_allowed(*expectation)
                 });
                 outcome.is_fault_expected = is_of_kind || self.is_noise_fault;
-                outcome.fault = Some(enum_names::fault(fault).into());
+                outcome.fault = Some(fault.name().into());
                 let from_us = from_us.or(self.first_us).unwrap_or(0);
                 outcome.detected_ms = Some(at_us.saturating_sub(from_us) as f64 * 1e-3);
             }

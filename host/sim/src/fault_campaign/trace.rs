@@ -2,7 +2,6 @@
 
 use std::fmt::Write;
 
-use armbridge_client::enum_names;
 use armbridge_link::message::Mode;
 
 use super::case::Case;
@@ -61,11 +60,7 @@ impl Trace {
         ));
         for injection in &case.injections {
             let expected = expect::expected(injection.kind, case.servos());
-            let names: Vec<&str> = expected
-                .faults
-                .iter()
-                .map(|fault| enum_names::fault(*fault))
-                .collect();
+            let names: Vec<&str> = expected.faults.iter().map(|fault| fault.name()).collect();
             let (kind, names) = (injection.kind, names.join(", "));
             let since = match injection.origin {
                 Origin::PowerUp => " from power-up on",

@@ -63,7 +63,7 @@ fn kind(message: &ToHost) -> (Option<Discriminant<ToHost>>, u8) {
 mod tests {
     use super::*;
     use armbridge_link::message::Record;
-    use armbridge_link::mode::{Fault, StopSource, Trip};
+    use armbridge_link::message::{Fault, StopSource, Trip};
     use armbridge_servo::{Firmware, Missing};
 
     #[test]

@@ -1,7 +1,7 @@
 //! End of an arming, and its description.
 
 use armbridge_client::error::end_in_words;
-use armbridge_client::{enum_names, fault_text};
+use armbridge_client::fault_text;
 use armbridge_link::message::{Fault, LastEnd, Trip};
 
 /// End of an arming.
@@ -55,10 +55,7 @@ impl Outcome {
                 )
             }
             Self::Fault(fault) => {
-                format!(
-                    "torque off: the board reports {}",
-                    enum_names::fault(*fault)
-                )
+                format!("torque off: the board reports {}", fault.name())
             }
             Self::Released => "another program disarmed the board".into(),
             Self::Silent => "the board has reported nothing for a second: MOTORS MAY BE ON; it \

@@ -149,7 +149,7 @@ fn tripped(model: &Model, fault: Fault, is_observer: bool) -> Vec<Line<'static>>
         let details = format!("{}tick {} · ", measured.unwrap_or_default(), trip.tick);
         (description.cause, details, description.remedy)
     } else {
-        let (cause, remedy) = fault_text::cause_and_remedy(fault);
+        let (cause, remedy) = (fault.cause(), fault.remedy());
         (cause.to_owned(), String::new(), remedy)
     };
     let off = model.board.off.as_ref().map(fault_text::off);

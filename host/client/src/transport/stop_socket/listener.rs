@@ -9,7 +9,6 @@ use armbridge_link::message::{Fault, Mode, ToHost};
 
 use super::local::{self, Stream};
 use super::{Answer, BoardKey, Order};
-use crate::enum_names;
 
 /// Longest wait for a request's line.
 const LINE_TIMEOUT: Duration = Duration::from_millis(100);
@@ -176,7 +175,7 @@ impl StopListener {
 
 /// The answer that a message of the board is.
 fn answer(order: Order, message: &ToHost) -> Option<Answer> {
-    let stopped = |fault: Fault| Some(Answer::Stopped(enum_names::fault(fault).into()));
+    let stopped = |fault: Fault| Some(Answer::Stopped(fault.name().into()));
     match message {
         ToHost::Tripped(trip) => stopped(trip.fault),
         ToHost::Record(record) => match record.mode {

@@ -114,7 +114,7 @@ impl EventCounts {
             self.faults.push(FaultInfo {
                 at_s: self.duration_s(),
                 tick: record.tick,
-                fault: enum_names::fault(fault),
+                fault: fault.name(),
                 cause: None,
                 in_words: None,
             });

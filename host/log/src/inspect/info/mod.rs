@@ -226,7 +226,7 @@ fn cause_text(trip: &Trip) -> String {
 
 /// A trip is repeated after a hello; its tick identifies the fault.
 fn with_causes(mut faults: Vec<FaultInfo>, trips: &[Trip]) -> Vec<FaultInfo> {
-    let key = |trip: &Trip| (enum_names::fault(trip.fault), trip.tick);
+    let key = |trip: &Trip| (trip.fault.name(), trip.tick);
     let mut ordered: Vec<&Trip> = trips.iter().collect();
     ordered.sort_by_key(|trip| key(trip));
     for fault in &mut faults {
@@ -235,7 +235,7 @@ fn with_causes(mut faults: Vec<FaultInfo>, trips: &[Trip]) -> Vec<FaultInfo> {
         let near = next.saturating_sub(1)..ordered.len().min(next + 1);
         let trip = ordered[near]
             .iter()
-            .filter(|trip| enum_names::fault(trip.fault) == fault.fault)
+            .filter(|trip| trip.fault.name() == fault.fault)
             .min_by_key(|trip| trip.tick.abs_diff(fault.tick));
         fault.in_words = trip.map(|trip| cause_text(trip));
         fault.cause = trip.map(|trip| Cause::from(*trip));

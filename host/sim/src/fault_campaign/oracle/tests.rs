@@ -200,7 +200,7 @@ fn a_wrong_name_and_a_missing_one_are_seen() {
     let stopped = checked(&goodbye, &goodbye, |fixture| {
         fixture.cosim.is_stop_pressed = true;
     });
-    let pin = enum_names::fault(Fault::EmergencyStop(StopSource::Pin));
+    let pin = Fault::EmergencyStop(StopSource::Pin).name();
     assert_eq!(
         (stopped.fault.as_deref(), stopped.is_fault_expected),
         (Some(pin), false)

@@ -296,34 +296,7 @@ impl Core {
 
     /// The cause of a violation: corrupted parameters, if these may have caused it.
     fn cause_of(&self, violation: Violation) -> Violation {
-        let may_be_corruption = match violation.fault {
-            Fault::AngleLimit
-            | Fault::SpeedLimit
-            | Fault::TorqueLimit
-            | Fault::TorqueRate
-            | Fault::PwmLimit
-            | Fault::DeadZone
-            | Fault::Diverged
-            | Fault::Stuck
-            | Fault::EncoderFrozen
-            | Fault::ExternalTorque
-            | Fault::MotorDirection
-            | Fault::JointsSwapped
-            | Fault::NotFinite => true,
-            Fault::EmergencyStop(_)
-            | Fault::HostSilent
-            | Fault::Temperature
-            | Fault::ServoSilent
-            | Fault::ServoReset
-            | Fault::SamplesLost
-            | Fault::SamplesRare
-            | Fault::Overrun
-            | Fault::Clock
-            | Fault::ServoAlarm
-            | Fault::FirmwareChanged
-            | Fault::Corrupted => false,
-        };
-        if may_be_corruption && !self.config.is_intact() {
+        if violation.fault.may_be_corruption() && !self.config.is_intact() {
             Violation::plain(Fault::Corrupted)
         } else {
             violation

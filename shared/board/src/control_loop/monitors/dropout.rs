@@ -6,9 +6,9 @@
 
 use super::debounce::ticks;
 use armbridge_control::check_word::checked;
+use armbridge_link::fault::Fault;
 use armbridge_link::limits::Limits;
 use armbridge_link::message::Missing;
-use armbridge_link::mode::Fault;
 use armbridge_link::record::Violation;
 use armbridge_servo::JOINTS;
 

@@ -46,8 +46,8 @@
 use super::debounce::ticks;
 use super::encoder_noise::{EncoderNoise, RunConfig};
 use armbridge_control::check_word::checked;
+use armbridge_link::fault::Fault;
 use armbridge_link::limits::Limits;
-use armbridge_link::mode::Fault;
 use armbridge_link::record::Violation;
 
 /// Lengths of the ramps in µs, and in ticks: the torque acts a tick after its decision, and its

@@ -20,7 +20,7 @@
 
 use super::debounce::{Debounce, ticks};
 use armbridge_control::check_word::checked;
-use armbridge_link::mode::Fault;
+use armbridge_link::fault::Fault;
 use armbridge_link::record::Violation;
 
 /// Time constant T of the observer in µs: ten times as slow as the loop.

@@ -3,8 +3,8 @@
 
 use super::debounce::Debounce;
 use armbridge_control::actuator::{COUNTS_FROM_MIDDLE, Joint, MIDDLE_COUNT};
+use armbridge_link::fault::Fault;
 use armbridge_link::limits::{Limits, hard};
-use armbridge_link::mode::Fault;
 use armbridge_link::record::Violation;
 
 /// Consecutive samples in the gap. One may be damage that its checksum did not detect:

@@ -1,7 +1,7 @@
 //! Motion monitor: angle and speed of one joint.
 
 use super::debounce::{Debounce, ticks};
-use armbridge_link::mode::Fault;
+use armbridge_link::fault::Fault;
 use armbridge_link::record::Violation;
 
 /// Time in µs, and ticks, for which a joint must be too fast: the speed is an estimate,

@@ -7,8 +7,8 @@
 
 use super::debounce::{Debounce, ticks};
 use armbridge_control::check_word::checked;
+use armbridge_link::fault::Fault;
 use armbridge_link::limits::Limits;
-use armbridge_link::mode::Fault;
 use armbridge_link::record::Violation;
 
 /// Time in µs, and ticks, for which a joint must be driven without motion. By then even

@@ -7,8 +7,9 @@
 use super::debounce::{Debounce, ticks};
 use super::soft_stop::Bounds;
 use armbridge_control::check_word::checked;
+use armbridge_link::fault::Fault;
 use armbridge_link::limits::Limits;
-use armbridge_link::mode::{Fault, Guards};
+use armbridge_link::mode::Guards;
 use armbridge_link::record::Violation;
 use armbridge_servo::JOINTS;
 use nalgebra::Vector2;

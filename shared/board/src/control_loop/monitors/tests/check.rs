@@ -3,9 +3,9 @@
 use super::Fixture;
 use crate::control_loop::monitors::MonitorInput;
 use armbridge_control::arm::State;
+use armbridge_link::fault::Fault;
 use armbridge_link::limits::Limits;
 use armbridge_link::message::Missing;
-use armbridge_link::mode::Fault;
 use armbridge_link::record::Violation;
 use nalgebra::Vector2;
 

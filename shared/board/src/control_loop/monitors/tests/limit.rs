@@ -3,8 +3,9 @@
 use super::Fixture;
 use crate::control_loop::monitors::LimitedTorque;
 use armbridge_control::arm::{Parameters, State};
+use armbridge_link::fault::Fault;
 use armbridge_link::limits::Limits;
-use armbridge_link::mode::{Fault, Guards};
+use armbridge_link::mode::Guards;
 use nalgebra::Vector2;
 use proptest::num::f32::{INFINITE, NORMAL, QUIET_NAN, SUBNORMAL, ZERO};
 use proptest::prelude::*;

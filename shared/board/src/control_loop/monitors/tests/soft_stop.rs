@@ -6,8 +6,9 @@ use crate::control_loop::limits::MOTION;
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::{Mounting, Parameters, Posture, State};
 use armbridge_control::estimate::Config;
+use armbridge_link::fault::Fault;
 use armbridge_link::limits::Limits;
-use armbridge_link::mode::{Fault, Guards};
+use armbridge_link::mode::Guards;
 use nalgebra::Vector2;
 
 /// What a servo gives at full PWM by equation (5), the weaker way.
