@@ -36,7 +36,7 @@
 //!
 //! [`Bridge`]: armbridge_board::bridge::Bridge
 //! [`LinkPort`]: armbridge_board::bridge::LinkPort
-//! [`PortEnd`]: armbridge_board::bridge::gateway::PortEnd
+//! [`PortEnd`]: armbridge_board::bridge::transparent_port::PortEnd
 
 mod client;
 mod host_link;

@@ -6,8 +6,8 @@
 mod agreement;
 mod board_image;
 mod faults;
-mod gateway;
 mod instructions;
 mod replay;
 mod settings;
 mod torque_off;
+mod transparent_port;

@@ -8,7 +8,6 @@ mod control;
 mod endurance;
 mod experiments;
 mod fault_campaign;
-mod gateway;
 mod golden;
 mod identification;
 mod layers;
@@ -32,6 +31,7 @@ mod summary_torque;
 mod supervisor;
 mod sweep;
 mod torque_off;
+mod transparent_port;
 
 use std::path::PathBuf;
 

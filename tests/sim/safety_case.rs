@@ -48,7 +48,7 @@ fn every_test_that_the_safety_case_names_exists() {
             "SAFETY.md names {name}, which is no test of the gate"
         );
     }
-    let steps = fs::read_to_string(root.join("tests/gate/src/steps.rs")).unwrap();
+    let steps = fs::read_to_string(root.join("tests/verify/src/steps.rs")).unwrap();
     for step in case.split("`cargo verify --only ").skip(1) {
         let name = step.split('`').next().unwrap();
         assert!(

@@ -16,7 +16,6 @@ pub mod command_host;
 pub mod endurance;
 pub mod experiments;
 pub mod fault_campaign;
-pub mod gateway;
 pub mod kill;
 pub mod mutated_logs;
 pub mod paper_runs;
@@ -31,6 +30,7 @@ pub mod synthetic;
 pub mod tapped_bench;
 pub mod torque_off;
 pub mod trace;
+pub mod transparent_port;
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_board::bridge::Channels;

@@ -3,7 +3,7 @@
 #![no_std]
 #![no_main]
 
-use armbridge_board::bridge::gateway::PortEnd;
+use armbridge_board::bridge::transparent_port::PortEnd;
 use armbridge_board::bridge::{Bridge, BridgeEnd, Channels, LinkPort};
 use armbridge_board::store::Store;
 use armbridge_firmware::board::mps2_an386::bus::BusLine;

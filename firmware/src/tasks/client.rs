@@ -2,7 +2,7 @@
 
 use super::signals::Signals;
 use super::stream::{FromClient, LineChanges, ToHost, when};
-use armbridge_board::bridge::gateway::PortEnd;
+use armbridge_board::bridge::transparent_port::PortEnd;
 use core::pin::pin;
 use embassy_futures::select::{Either, Either3, select, select3};
 

@@ -1,6 +1,6 @@
 //! Byte streams of a board for the byte loops, and a conditional wait.
 
-use armbridge_board::bridge::gateway::ClientLine;
+use armbridge_board::bridge::transparent_port::ClientLine;
 use core::future::{Future, poll_fn};
 use core::pin::Pin;
 use core::task::Poll;

@@ -7,7 +7,7 @@
 use std::fmt;
 use std::sync::mpsc::Receiver;
 
-use armbridge_board::bridge::gateway::ClientLine;
+use armbridge_board::bridge::transparent_port::ClientLine;
 use armbridge_client::Host;
 use armbridge_client::simulation::SimulationEvent;
 use armbridge_link::server::Touch;

@@ -15,7 +15,7 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::net::{TcpListener, TcpStream};
 
-use armbridge_board::bridge::gateway::ClientLine;
+use armbridge_board::bridge::transparent_port::ClientLine;
 #[cfg(unix)]
 use armbridge_client::pty::Pty;
 

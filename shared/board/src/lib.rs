@@ -9,7 +9,7 @@
 //!
 //! ```
 //! use armbridge_board::control_loop::{ControlLoop, DriveRequest, Instant, LoopConfig};
-//! use armbridge_board::flow_token::FlowToken;
+//! use armbridge_board::checkpoints::Checkpoints;
 //! use armbridge_board::supervisor::{Event, Supervisor};
 //! use armbridge_link::message::{Sample, Settings};
 //! use armbridge_link::record::TickInput;
@@ -22,7 +22,7 @@
 //!     let samples = [Sample::Counts(530), Sample::Counts(500)];
 //!     let permission = supervisor.permission();
 //!     let input = TickInput { samples, permission, ..TickInput::AT_REST };
-//!     control.step(&config, &input, &mut FlowToken::default()).pwm
+//!     control.step(&config, &input, &mut Checkpoints::default()).pwm
 //! };
 //!
 //! assert_eq!(tick(&supervisor), [1000; 2]);
@@ -45,7 +45,7 @@
 //! | [`sequencer`]    | uses of the servo bus, in the order of their urgency |
 //! | [`bridge`]       | these three and the link combined                   |
 //! | [`store`]        | settings in flash                                   |
-//! | [`flow_token`]   | evidence for the watchdog                           |
+//! | [`checkpoints`]   | evidence for the watchdog                           |
 //! | [`lockstep`]     | virtual time for an emulated board                  |
 //!
 //! Begin with [`control_loop`] for control alone, and with [`bridge::Bridge`] for a board.
@@ -83,8 +83,8 @@
 #![deny(missing_docs)]
 
 pub mod bridge;
+pub mod checkpoints;
 pub mod control_loop;
-pub mod flow_token;
 pub mod lockstep;
 pub mod sequencer;
 pub mod store;

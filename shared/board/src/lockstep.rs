@@ -29,7 +29,7 @@
 //! Nothing in here has the speed and the modem lines that serial ports have, so
 //! headers carry those of the servo bus and of the transparent port.
 
-use crate::bridge::gateway::ClientLine;
+use crate::bridge::transparent_port::ClientLine;
 
 /// Length of a header.
 pub const HEADER_LEN: usize = 24;

@@ -22,8 +22,8 @@ fn feed(target: &str, check: fn(&[u8]) -> usize) -> usize {
 }
 
 #[test]
-fn gateway() {
-    assert!(feed("gateway", checks::gateway::check) >= 20);
+fn transparent_port() {
+    assert!(feed("transparent_port", checks::transparent_port::check) >= 20);
 }
 
 #[test]

@@ -89,7 +89,7 @@ pub mod serial_bus;
 pub mod stop;
 
 mod alarms;
-mod client;
+mod client_request;
 mod dispatch;
 mod exchange;
 mod firmware;
@@ -102,7 +102,7 @@ mod sample;
 mod transaction;
 
 pub use alarms::Alarms;
-pub use client::{ClientFrame, ClientRequest};
+pub use client_request::{ClientFrame, ClientRequest};
 pub use dispatch::ReplyParser;
 pub use firmware::Firmware;
 pub use id::ServoId;

@@ -5,7 +5,7 @@
 #![warn(missing_docs)]
 
 use armbridge_board::control_loop::{ControlLoop, DriveRequest, Instant, LoopConfig};
-use armbridge_board::flow_token::FlowToken;
+use armbridge_board::checkpoints::Checkpoints;
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::{Parameters, State};
 use armbridge_link::message::{Missing, Refusal, Sample, Settings};
@@ -76,7 +76,7 @@ impl Loop {
             .into();
         let output = self
             .control
-            .step(&self.config, &self.input, &mut FlowToken::default());
+            .step(&self.config, &self.input, &mut Checkpoints::default());
         if output.fault().is_some() {
             self.input.permission = Permission::Off;
         }

@@ -18,8 +18,8 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use armbridge_gate::boards::BoardRow;
-use armbridge_gate::{TARGET, image_arguments};
+use armbridge_verify::boards::BoardRow;
+use armbridge_verify::{TARGET, image_arguments};
 
 use crate::systems::System;
 

@@ -20,7 +20,7 @@ mod systems;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use armbridge_gate::boards::BOARDS;
+use armbridge_verify::boards::BOARDS;
 use compile::Compiler;
 use folder::Folder;
 use systems::SYSTEMS;

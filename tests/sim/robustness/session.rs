@@ -1,7 +1,7 @@
 //! A board with its bridge and servos that answer, and a host and a client that send
 //! anything: every record is checked, nothing unsafe may be in it.
 
-use armbridge_board::bridge::gateway::{ClientLine, PortEnd};
+use armbridge_board::bridge::transparent_port::{ClientLine, PortEnd};
 use armbridge_board::bridge::{Bridge, Channels, LinkPort, Progress};
 use armbridge_link::frame::{Decoder, Encoder, MAX, Received};
 use armbridge_link::message::{

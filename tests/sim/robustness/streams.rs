@@ -28,7 +28,7 @@ fn the_files_are_what_stands_here() {
 #[test]
 fn every_seed_is_understood() {
     let checks = [
-        checks::gateway::check,
+        checks::transparent_port::check,
         checks::link::check,
         checks::master::check,
         checks::morpheus::check,

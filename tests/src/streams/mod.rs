@@ -57,8 +57,13 @@ macro_rules! stream_tests {
         const SCRIPTS: usize = STREAMS / 100;
 
         #[test]
-        fn gateway() {
-            let found = feed(STREAMS, "gateway", 0x5EED_0105, checks::gateway::check);
+        fn transparent_port() {
+            let found = feed(
+                STREAMS,
+                "transparent_port",
+                0x5EED_0105,
+                checks::transparent_port::check,
+            );
             assert!(found > STREAMS / 2, "{found}");
         }
 

@@ -28,7 +28,7 @@ fn written(table: &[(&str, &str)]) -> Seeds {
 /// What the folder of each target holds.
 pub fn all() -> [(&'static str, Seeds); 6] {
     [
-        ("gateway", written(&GATEWAY)),
+        ("transparent_port", written(&GATEWAY)),
         ("link", messages::seeds()),
         ("master", written(&MASTER)),
         ("morpheus", written(&MORPHEUS)),

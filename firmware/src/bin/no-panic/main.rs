@@ -34,7 +34,7 @@ use core::panic::PanicInfo;
 use core::pin::pin;
 use core::task::{Context, Waker};
 
-use armbridge_board::bridge::gateway::PortEnd;
+use armbridge_board::bridge::transparent_port::PortEnd;
 use armbridge_board::bridge::{Bridge, BridgeEnd, Channels, LinkEnd, LinkPort};
 use armbridge_board::lockstep::{TimeGrant, TimeRequest};
 use armbridge_board::store::Store;

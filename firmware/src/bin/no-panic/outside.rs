@@ -5,7 +5,7 @@ use core::future::{Future, poll_fn};
 use core::hint::black_box;
 use core::task::Poll;
 
-use armbridge_board::bridge::gateway::ClientLine;
+use armbridge_board::bridge::transparent_port::ClientLine;
 use armbridge_firmware::stop::PolledUart;
 use armbridge_firmware::tasks::{FromClient, FromHost, LineChanges, RealTime, ToHost};
 use armbridge_link::message::StopSource;

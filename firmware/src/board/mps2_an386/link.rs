@@ -3,7 +3,7 @@
 use super::uart::Uart;
 use crate::port::Buffers;
 use crate::tasks::{FromClient, FromHost, LineChanges, ToHost};
-use armbridge_board::bridge::gateway::ClientLine;
+use armbridge_board::bridge::transparent_port::ClientLine;
 
 /// Either direction of a UART.
 #[derive(Clone, Copy)]

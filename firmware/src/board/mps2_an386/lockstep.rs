@@ -27,7 +27,7 @@ use super::{BUS, real_time};
 use crate::crash::memory;
 use crate::settings;
 use armbridge_board::bridge::LinkPort;
-use armbridge_board::bridge::gateway::PortEnd;
+use armbridge_board::bridge::transparent_port::PortEnd;
 use armbridge_board::lockstep::{HEADER_LEN, MESSAGE_MAX, PayloadLens, TimeGrant, TimeRequest};
 use armbridge_board::store::Store;
 use embassy_futures::yield_now;

@@ -10,7 +10,7 @@ use crate::board::Chosen;
 use crate::crash::{self, WATCHDOG_US, memory};
 use crate::tasks::{self, RealTimeLoop, Signals};
 use crate::{image_crc, settings, stack, stack_guard};
-use armbridge_board::bridge::gateway::PortEnd;
+use armbridge_board::bridge::transparent_port::PortEnd;
 use armbridge_board::bridge::{Bridge, BridgeEnd, Channels, LinkPort};
 use armbridge_board::store::Store;
 use armbridge_link::message::{BoardReport, Mode, Settings};

@@ -34,7 +34,7 @@
 
 use super::pin::Pin;
 use crate::tasks::{FromClient, FromHost, LineChanges, ToHost};
-use armbridge_board::bridge::gateway::ClientLine;
+use armbridge_board::bridge::transparent_port::ClientLine;
 use embassy_futures::join::join;
 use embassy_stm32::pac::GPIOA;
 use embassy_stm32::pac::gpio::vals::Moder;

@@ -1,10 +1,10 @@
 //! The control loop of the recorded board, between two of its ticks.
 
 use armbridge_board::bridge::command::{ValidatedCommand, validate};
+use armbridge_board::checkpoints::Checkpoints;
 use armbridge_board::control_loop::limits::MOTION;
 use armbridge_board::control_loop::reference::{StartPoint, TimedTrajectory, refusal};
 use armbridge_board::control_loop::{ControlLoop, DriveRequest, Instant, LoopConfig};
-use armbridge_board::flow_token::FlowToken;
 use armbridge_control::trajectory::Trajectory;
 use armbridge_link::message::{Command, Mode, Moment, Refusal, Settings};
 use armbridge_link::motion::Motion;
@@ -133,7 +133,7 @@ impl Board {
     /// Computes the outputs of a tick.
     pub(super) fn step(&mut self, input: &TickInput) -> TickOutput {
         self.control_loop
-            .step(&self.config, input, &mut FlowToken::default())
+            .step(&self.config, input, &mut Checkpoints::default())
     }
 
     /// PWM that it has decided in the last tick.

@@ -1,6 +1,6 @@
 //! Fixture of a case: board, bench, host and client.
 
-use armbridge_board::bridge::gateway::PortEnd;
+use armbridge_board::bridge::transparent_port::PortEnd;
 use armbridge_board::bridge::{BridgeEnd, LinkEnd, SERVO_IDS};
 use armbridge_board::store::Store;
 use armbridge_client::refusal_text;

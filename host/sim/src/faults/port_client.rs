@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use armbridge_board::bridge::gateway::ClientLine;
+use armbridge_board::bridge::transparent_port::ClientLine;
 use armbridge_servo::protocol1::{BROADCAST, Instruction};
 use armbridge_servo::{Firmware, morpheus};
 

@@ -14,12 +14,12 @@ impl<B: Bus> Bridge<'_, B> {
     /// Takes an event of the bus.
     pub(super) fn take_bus_event(&mut self, event: BusEvent) -> Progress {
         match event {
-            BusEvent::Sampled(outcome, token) => {
+            BusEvent::Sampled(outcome, checkpoints) => {
                 self.sampled = TickSamples {
                     samples: outcome.samples,
                     alarms: outcome.alarms,
                     bus_us: outcome.bus_us,
-                    token,
+                    checkpoints,
                 };
                 return Progress::Sampled;
             }
@@ -87,8 +87,8 @@ impl<B: Bus> Bridge<'_, B> {
 
     /// Carries out the core's actions on the bus, and notifies the host.
     pub(super) fn apply_core_actions(&mut self) {
-        if self.gateway.has_relayed() && self.core.state() != State::Passthrough {
-            self.gateway.end_relay();
+        if self.transparent_port.has_relayed() && self.core.state() != State::Passthrough {
+            self.transparent_port.end_relay();
         }
         if self.core.has_actions() {
             self.take_core_actions();

@@ -38,7 +38,7 @@
 //! | `bus_events`   | events of the bus, and actions of the core              |
 //! | `temperature`  | temperatures of the servos, and their limits            |
 //! | `link_port`    | the board's end of the control link                     |
-//! | [`gateway`]    | the transparent port                                    |
+//! | [`transparent_port`]    | the transparent port                                    |
 //! | [`supply`]     | permission of the servos' supply                        |
 //! | `channels`     | queues between tick and thread mode                     |
 //! | `signals`      | signals of the host to the tick                         |
@@ -47,13 +47,13 @@ mod app_core;
 mod bus_events;
 mod channels;
 pub mod command;
-pub mod gateway;
 mod link_port;
 mod queue;
 mod requests;
 mod signals;
 pub mod supply;
 mod temperature;
+pub mod transparent_port;
 
 pub use crate::control_loop::{can_run, limits, permits, settings_refusal};
 pub use channels::{BridgeEnd, Channels, LinkEnd, QueueWatch};
@@ -70,9 +70,9 @@ use app_core::{Core, TickSamples};
 use armbridge_link::message::{Fault, Mode, Record, Refusal, Settings};
 use armbridge_link::record::Violation;
 use armbridge_servo::{JOINTS, ServoId};
-use gateway::Gateway;
 use supply::{Supply, SupplyPermission};
 use temperature::Temperatures;
+use transparent_port::TransparentPort;
 
 /// Servo ids, joint by joint: the first joint's servo is 1, the second's 2.
 pub const SERVO_IDS: [ServoId; JOINTS] = match (ServoId::new(1), ServoId::new(2)) {
@@ -98,7 +98,7 @@ pub struct Bridge<'a, B> {
     sequencer: BusSequencer<B>,
     end: BridgeEnd<'a>,
     core: Core,
-    gateway: Gateway,
+    transparent_port: TransparentPort,
     supply: Supply,
     /// Samples of the last tick.
     sampled: TickSamples,
@@ -125,7 +125,7 @@ impl<'a, B: Bus> Bridge<'a, B> {
             core: Core::new(&LoopConfig::build(settings)?, now_us),
             sequencer: BusSequencer::new(bus, SERVO_IDS, now_us),
             end,
-            gateway: Gateway::default(),
+            transparent_port: TransparentPort::default(),
             supply: Supply::new(now_us),
             sampled: TickSamples::NONE,
             temperatures: Temperatures::default(),
@@ -158,7 +158,7 @@ impl<'a, B: Bus> Bridge<'a, B> {
         if !self.sequencer.is_idle() {
             return Err(nb::Error::WouldBlock);
         }
-        if self.sequencer.is_lent() {
+        if self.sequencer.is_passthrough() {
             self.relay();
         } else if self.sequencer.is_ticking() {
             let is_due = now_us >= tick_due_us;
@@ -181,7 +181,7 @@ impl<'a, B: Bus> Bridge<'a, B> {
             State::Idle | State::Fault => BusPermission::Off,
             State::Armed => BusPermission::Armed,
             State::MotorCheck | State::Running | State::Degraded => BusPermission::Drive,
-            State::Passthrough => BusPermission::Lend,
+            State::Passthrough => BusPermission::Passthrough,
         }
     }
 
@@ -246,7 +246,7 @@ impl<'a, B: Bus> Bridge<'a, B> {
     fn begin_tick(&mut self) {
         let least_us = self.sequencer.least_period_us();
         // A waiting client gets the margin.
-        let available_us = if self.gateway.is_waiting() {
+        let available_us = if self.transparent_port.is_waiting() {
             least_us
         } else {
             self.core.period_us(least_us)

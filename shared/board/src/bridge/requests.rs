@@ -80,7 +80,7 @@ impl<B: Bus> Bridge<'_, B> {
             sequence, command, ..
         } = request;
         let sequence = *sequence;
-        self.gateway.claim(self.core.now_us());
+        self.transparent_port.claim(self.core.now_us());
         let moment = self.core.moment();
         let notification = if matches!(command, ValidatedCommand::StartPoint) {
             self.core.start_point().map_or_else(

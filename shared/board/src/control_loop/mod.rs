@@ -38,7 +38,7 @@
 //! use armbridge_control::actuator::Joint;
 //! use armbridge_control::arm::{Parameters, State};
 //! use armbridge_board::control_loop::{ControlLoop, DriveRequest, Instant, LoopConfig};
-//! use armbridge_board::flow_token::FlowToken;
+//! use armbridge_board::checkpoints::Checkpoints;
 //! use armbridge_link::message::{Sample, Settings};
 //! use armbridge_link::record::{Permission, TickInput};
 //! use armbridge_servo::Pwm;
@@ -55,7 +55,7 @@
 //!     (input.start_us, input.lead_us) = (tick * 1_000, 1_000);
 //!     input.permission = Permission::Drive;
 //!     let torque = input.pwm_in_force.map(|pwm| servo.torque(Pwm::saturating(pwm)));
-//!     input.pwm_in_force = control.step(&config, &input, &mut FlowToken::default()).pwm;
+//!     input.pwm_in_force = control.step(&config, &input, &mut Checkpoints::default()).pwm;
 //!     plant.dq += arm.acceleration(&plant, torque.into()) * 1e-3;
 //!     plant.q += plant.dq * 1e-3;
 //! }
@@ -95,7 +95,7 @@ pub use experiment::permits;
 pub use pipeline::ActuatorCommand;
 pub use tick::Instant;
 
-use crate::flow_token::{FlowToken, Machine};
+use crate::checkpoints::{Checkpoints, Machine};
 use armbridge_control::arm::{Posture, State};
 use armbridge_control::estimate::Estimate;
 use armbridge_control::trajectory::Reference;
@@ -167,12 +167,12 @@ impl ControlLoop {
         }
     }
 
-    /// Runs a tick: estimates, monitors, controls; and stamps its token.
+    /// Runs a tick: estimates, monitors, controls; and passes its checkpoint.
     pub fn step(
         &mut self,
         config: &LoopConfig,
         input: &TickInput,
-        token: &mut FlowToken,
+        checkpoints: &mut Checkpoints,
     ) -> TickOutput {
         if input.is_first {
             // On a board it has done so when bring-up ended; a replay has no other sign of that.
@@ -265,7 +265,7 @@ impl ControlLoop {
         if are_motors_checked {
             self.end_motor_check();
         }
-        *token = token.stamp(Machine::ControlLoop);
+        *checkpoints = checkpoints.pass(Machine::ControlLoop);
         let events = TickEvents {
             are_motors_checked,
             fallback,

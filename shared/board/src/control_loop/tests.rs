@@ -15,7 +15,7 @@ fn there_is_no_torque_before_a_sample_of_each_joint() {
     input.permission = Permission::Drive;
     let mut command = |samples| {
         input.samples = samples;
-        let output = control.step(&config, &input, &mut FlowToken::default());
+        let output = control.step(&config, &input, &mut Checkpoints::default());
         assert_eq!(output.events, None);
         output.pwm
     };

@@ -26,7 +26,7 @@ impl<B: Bus> BusSequencer<B> {
         let transaction = match self.state {
             State::Drive if self.permission == BusPermission::Drive => Transaction::Drive(pwm),
             State::ForceOff => self.off_exchange(tick, dropouts),
-            State::Drive | State::Search(_) | State::Lent => return,
+            State::Drive | State::Search(_) | State::Passthrough => return,
         };
         // The bus is idle when a tick is due.
         let _ = self.master.begin(transaction, self.now_us);

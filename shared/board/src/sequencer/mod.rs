@@ -7,24 +7,24 @@
 //!  Search ---------------> ForceOff <------------------> Drive
 //!    ^ ^                    |  ^  |     drive withdrawn    |
 //!    | +--- search ---------+  |  |                        |
-//!    |                         |  | lend permitted         | lend permitted
-//!    |    lend withdrawn       |  v                        |
-//!    +-------------------------+ Lent <--------------------+
+//!    |                         |  | client permitted       | client permitted
+//!    |    client withdrawn     |  v                        |
+//!    +-------------------------+ Passthrough <-------------+
 //! ```
 //!
-//! | state      | the bus carries                                                |
-//! |------------|----------------------------------------------------------------|
-//! | `Search`   | stops, pings and settings, until the servos are lined up       |
-//! | `ForceOff` | one exchange a tick that commands every motor off, stop sequences and read-backs until each is confirmed off |
-//! | `Drive`    | one exchange a tick with the control loop's command            |
-//! | `Lent`     | a client's packets, unchanged                                  |
+//! | state         | the bus carries                                                |
+//! |---------------|----------------------------------------------------------------|
+//! | `Search`      | stops, pings and settings, until the servos are lined up       |
+//! | `ForceOff`    | one exchange a tick that commands every motor off, stop sequences and read-backs until each is confirmed off |
+//! | `Drive`       | one exchange a tick with the control loop's command            |
+//! | `Passthrough` | a client's packets, unchanged                                  |
 //!
 //! # Permission to drive
 //!
 //! [`BusSequencer::permit`] sets the supervisor's permission before each step.
-//! Without permission to drive no exchange carries a torque, and without permission to
-//! lend no byte of a client's is relayed, whatever was requested before: `ForceOff` is the state that the
-//! sequencer enters by itself. From `Lent` a transition leads through a stop at every speed
+//! Without permission to drive no exchange carries a torque, and without permission for
+//! the client none of its bytes is relayed, whatever was requested before: `ForceOff` is the state
+//! that the sequencer enters by itself. From `Passthrough` a transition leads through a stop at every speed
 //! that the client used and through `Search`, because the client's changes are not known.
 //!
 //! # Idle slots
@@ -51,8 +51,8 @@
 //! | `exchange`     | the exchange of a tick                                     |
 //! | `idle_request` | a query for that time, and its owner                       |
 //! | `idle_slot`    | the arbiter of the time between two exchanges              |
+//! | `passthrough`  | a client's packets, relayed unchanged                      |
 //! | `time_budget`  | requests that fit into that time                           |
-//! | `lent`         | the bus lent to a client                                   |
 //! | `state`        | states, permissions and events                             |
 //! | `steps`        | begin, end and order of the transactions                   |
 
@@ -63,7 +63,7 @@ mod force_off;
 mod health_poll;
 mod idle_request;
 mod idle_slot;
-mod lent;
+mod passthrough;
 mod servo_setup;
 mod setup_step;
 mod state;
@@ -197,10 +197,10 @@ impl<B: Bus> BusSequencer<B> {
     pub fn take_off_report(&mut self) -> Option<OffReport> {
         match self.state {
             State::ForceOff => self.off.take_report(self.now_us),
-            State::Search(_) | State::Lent if self.off.is_reported() => {
+            State::Search(_) | State::Passthrough if self.off.is_reported() => {
                 self.off.take_report(self.now_us)
             }
-            State::Search(_) | State::Lent | State::Drive => None,
+            State::Search(_) | State::Passthrough | State::Drive => None,
         }
     }
 
@@ -217,7 +217,7 @@ impl<B: Bus> BusSequencer<B> {
             self.master.cancel_drive();
         }
         match (self.state, permission) {
-            (State::Lent, BusPermission::Lend)
+            (State::Passthrough, BusPermission::Passthrough)
             | (
                 State::Search(_),
                 BusPermission::Search
@@ -227,16 +227,17 @@ impl<B: Bus> BusSequencer<B> {
             )
             | (State::ForceOff, BusPermission::Off | BusPermission::Armed)
             | (State::Drive, BusPermission::Drive) => {}
-            (State::Search(SearchStep::SetUp(step)), BusPermission::Lend) if step.is_restore() => {}
+            (State::Search(SearchStep::SetUp(step)), BusPermission::Passthrough)
+                if step.is_restore() => {}
             (State::Drive, BusPermission::Off | BusPermission::Armed) => {
                 self.state = State::ForceOff;
                 self.off.begin(now_us, false);
             }
             (State::ForceOff, BusPermission::Drive) => self.state = State::Drive,
-            (State::Search(_) | State::ForceOff | State::Drive, BusPermission::Lend) => {
-                self.lend();
+            (State::Search(_) | State::ForceOff | State::Drive, BusPermission::Passthrough) => {
+                self.begin_passthrough();
             }
-            (State::Lent, _) => self.reclaim(),
+            (State::Passthrough, _) => self.end_passthrough(),
             (State::ForceOff | State::Drive, BusPermission::Search) => {
                 self.off = ForceOff::default();
                 self.search();
@@ -250,8 +251,8 @@ impl<B: Bus> BusSequencer<B> {
     pub fn force_off(&mut self, now_us: u64) {
         self.now_us = now_us;
         self.master.cancel_drive();
-        if self.state == State::Lent {
-            self.reclaim();
+        if self.state == State::Passthrough {
+            self.end_passthrough();
         } else if self.state == State::Drive {
             self.state = State::ForceOff;
         }
@@ -316,7 +317,7 @@ impl<B: Bus> BusSequencer<B> {
         }
         match self.state {
             State::ForceOff | State::Drive => tick_due_us,
-            State::Search(_) | State::Lent => self.next_us,
+            State::Search(_) | State::Passthrough => self.next_us,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::health_poll::Health;
 use super::setup_step::SetupStep;
-use crate::flow_token::FlowToken;
+use crate::checkpoints::Checkpoints;
 use armbridge_link::message::Missing;
 use armbridge_servo::master::Outcome;
 use armbridge_servo::{Firmware, JOINTS};
@@ -19,7 +19,7 @@ pub enum BusPermission {
     /// Ticks that drive the motors.
     Drive,
     /// Relay of a client's packets.
-    Lend,
+    Passthrough,
 }
 
 /// State of the sequencer.
@@ -32,7 +32,7 @@ pub(crate) enum State {
     /// Motors are driven.
     Drive,
     /// The bus is lent to a client.
-    Lent,
+    Passthrough,
 }
 
 /// Step of a search.
@@ -56,8 +56,8 @@ pub(crate) enum SearchStep {
 /// Event of a poll.
 #[derive(Clone, Copy, Debug)]
 pub enum BusEvent {
-    /// A tick's exchange is over; the tick's token, stamped.
-    Sampled(Outcome, FlowToken),
+    /// A tick's exchange is over; the tick's checkpoints, its own passed.
+    Sampled(Outcome, Checkpoints),
     /// A step of a search or a stop is over; torque is off.
     Searching,
     /// The servos have been found and set up: ticks may begin.

@@ -5,7 +5,7 @@ use super::idle_request::Owner;
 use super::servo_setup::Progress;
 use super::setup_step::{SetupGoal, SetupStep};
 use super::{BusEvent, BusPermission, BusSequencer, Discovery, SearchStep, State};
-use crate::flow_token::{FlowToken, Machine};
+use crate::checkpoints::{Checkpoints, Machine};
 use armbridge_link::message::{Missing, Sample};
 use armbridge_servo::bus::Bus;
 use armbridge_servo::master::timing::reply_latency_us;
@@ -41,7 +41,7 @@ impl<B: Bus> BusSequencer<B> {
                 let (stop, baud) = self.stops.take()?;
                 self.begin_stop(stop, baud)
             }
-            State::Lent if now_us >= self.next_us => {
+            State::Passthrough if now_us >= self.next_us => {
                 self.next_us = now_us + LENT_POLL_US;
                 if !self.is_tapping {
                     self.is_tapping = true;
@@ -49,7 +49,7 @@ impl<B: Bus> BusSequencer<B> {
                 }
                 Some(BusEvent::Searching)
             }
-            State::Search(_) | State::ForceOff | State::Drive | State::Lent => None,
+            State::Search(_) | State::ForceOff | State::Drive | State::Passthrough => None,
         }
     }
 
@@ -123,15 +123,15 @@ impl<B: Bus> BusSequencer<B> {
         match (outcome.transaction, self.state) {
             (
                 Transaction::Drive(_) | Transaction::HoldOff | Transaction::StopWedged { .. },
-                State::Lent,
+                State::Passthrough,
             ) => BusEvent::Searching,
             (Transaction::Drive(_) | Transaction::HoldOff | Transaction::StopWedged { .. }, _) => {
                 let is_off = outcome.transaction.is_off();
                 if is_off && self.state == State::ForceOff {
                     self.off.note_tick(self.now_us, outcome.samples);
                 }
-                let token = FlowToken::begin(self.tick).stamp(Machine::Sequencer);
-                BusEvent::Sampled(*outcome, token)
+                let checkpoints = Checkpoints::begin(self.tick).pass(Machine::Sequencer);
+                BusEvent::Sampled(*outcome, checkpoints)
             }
             (Transaction::Request(_), _) => self.finish_request(),
             (Transaction::Stop, State::Search(SearchStep::Stop)) if !self.is_planned_stop => {
@@ -268,7 +268,7 @@ impl<B: Bus> BusSequencer<B> {
             }
             SetupGoal::Restore => {
                 self.setup.clear();
-                self.state = State::Lent;
+                self.state = State::Passthrough;
                 BusEvent::Restored
             }
         }

@@ -33,8 +33,8 @@
 mod commands;
 mod tick;
 
+use crate::checkpoints::Checkpoints;
 use crate::control_loop::{ControlLoop, LoopConfig};
-use crate::flow_token::FlowToken;
 use crate::supervisor::{Action, Event, State, Supervisor};
 use armbridge_link::experiment::Conclusion;
 use armbridge_link::message::{Drive, Fault, Missing, Mode, Moment, Refusal, Sample, Timing, Trip};
@@ -96,8 +96,8 @@ pub(crate) struct TickSamples {
     pub(crate) alarms: [Alarms; JOINTS],
     /// Duration of the exchange, in µs.
     pub(crate) bus_us: u32,
-    /// The tick's token, with the sequencer's stamp.
-    pub(crate) token: FlowToken,
+    /// The tick's checkpoints; the sequencer's is passed.
+    pub(crate) checkpoints: Checkpoints,
 }
 
 impl TickSamples {
@@ -106,7 +106,7 @@ impl TickSamples {
         samples: [Sample::Missing(Missing::NotAsked); JOINTS],
         alarms: [Alarms::NONE; JOINTS],
         bus_us: 0,
-        token: FlowToken::begin(0),
+        checkpoints: Checkpoints::begin(0),
     };
 }
 
@@ -134,7 +134,7 @@ pub(crate) struct Core {
     timing: Timing,
     overruns_in_row: u8,
     /// Token of the last decided tick.
-    token: FlowToken,
+    checkpoints: Checkpoints,
     bus_action: Option<BusAction>,
     has_new_trip: bool,
     conclusion: Option<Conclusion>,
@@ -169,7 +169,7 @@ impl Core {
             start_us: 0,
             timing: Timing::default(),
             overruns_in_row: 0,
-            token: FlowToken::default(),
+            checkpoints: Checkpoints::default(),
             bus_action: None,
             has_new_trip: false,
             conclusion: None,

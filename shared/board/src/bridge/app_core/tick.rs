@@ -1,9 +1,9 @@
 //! A tick of the core: its beginning, its decision when the samples are in, its record.
 
 use super::{Core, OFF, TickSamples};
+use crate::checkpoints::Machine;
 use crate::control_loop::CHECK_US;
 use crate::control_loop::limits::LATE_MAX_US;
-use crate::flow_token::Machine;
 use crate::supervisor::{Event, State};
 use armbridge_link::experiment::{Conclusion, ExperimentEnd};
 use armbridge_link::message::{Fault, Record, Timing};
@@ -14,7 +14,7 @@ impl Core {
     /// Whether the tick may feed the watchdog: it began in time, and passed every state
     /// machine.
     pub(crate) fn may_feed_watchdog(&self) -> bool {
-        self.overruns_in_row == 0 && self.token.is_complete(self.tick)
+        self.overruns_in_row == 0 && self.checkpoints.is_complete(self.tick)
     }
 
     /// Period in µs, at least the shortest that the bus allows. A bus that is too slow
@@ -82,12 +82,12 @@ impl Core {
             alarms: sampled.alarms.map(Alarms::bits),
             pwm_in_force: self.in_force.map(Pwm::counts),
         };
-        let mut token = sampled.token;
+        let mut checkpoints = sampled.checkpoints;
         record.output = self
             .control_loop
-            .step(&self.config, &record.input, &mut token);
+            .step(&self.config, &record.input, &mut checkpoints);
         self.apply_output(&record.output);
-        self.token = token.stamp(Machine::Supervisor);
+        self.checkpoints = checkpoints.pass(Machine::Supervisor);
         self.next = self.control_loop.pwm();
         self.decided = self.tick;
         record.mode = self.mode();

@@ -1,0 +1,131 @@
+//! Reads of registers in pieces.
+//!
+//! No piece ends inside a register, so that no value is half old, half new. A
+//! position that no READ may have comes from the control loop.
+
+use crate::bridge::transparent_port::response::{BYTES_MAX, Bytes, Responder};
+use armbridge_servo::{Firmware, Query};
+
+/// One query on the bus.
+pub type BusQuery = Query<BYTES_MAX>;
+
+/// Bytes of a READ, in both protocols.
+const QUERY_BYTES: usize = 8;
+
+/// A read of some registers, and its progress.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(in crate::bridge::transparent_port) struct RegisterRead {
+    firmware: Firmware,
+    /// The servo.
+    id: u8,
+    /// Its last position in the control loop.
+    position: Option<u16>,
+    address: u8,
+    /// End of the registers, exclusive.
+    end: u8,
+    /// Data read so far.
+    data: Bytes,
+    /// Number of bytes in the last query.
+    requested: u8,
+}
+
+impl RegisterRead {
+    /// A read that has the position only. `None` if the table
+    /// lacks a register, if it is of no bytes, or if it needs a position that
+    /// is not known.
+    pub(in crate::bridge::transparent_port) fn new(
+        responder: Responder,
+        position: Option<u16>,
+        address: u8,
+        count: u8,
+    ) -> Option<Self> {
+        let end = address.checked_add(count)?;
+        let mut read = Self {
+            firmware: responder.firmware,
+            id: responder.id,
+            position,
+            address,
+            end,
+            data: Bytes::new(),
+            requested: 0,
+        };
+        let needs_position = (address..end).any(|at| read.is_unreadable(at));
+        let is_known = position.is_some() || !needs_position;
+        read.insert_position();
+        (count > 0 && end <= responder.firmware.memory_bytes() && is_known).then_some(read)
+    }
+
+    /// Address of the first byte that is still missing.
+    fn next_address(&self) -> u8 {
+        // At most a table's size.
+        self.address + self.data.len() as u8
+    }
+
+    fn is_unreadable(&self, address: u8) -> bool {
+        self.firmware.unreadable() == Some(address)
+    }
+
+    pub(in crate::bridge::transparent_port) fn is_complete(&self) -> bool {
+        self.next_address() >= self.end
+    }
+
+    pub(in crate::bridge::transparent_port) fn data(&self) -> &[u8] {
+        &self.data
+    }
+
+    /// The next query, with at most this many bytes in query and reply.
+    pub(super) fn next(&mut self, room: usize) -> Option<BusQuery> {
+        let at = self.next_address();
+        self.requested = self.piece(at, room);
+        let query = || self.firmware.read_query(self.id, at, self.requested);
+        (self.requested > 0).then(query).flatten()
+    }
+
+    /// Whether slots of this size complete the read.
+    pub(super) fn can_complete(&self, room: usize) -> bool {
+        (self.next_address()..self.end)
+            .filter(|at| !self.is_unreadable(*at))
+            .all(|at| self.piece(at, room) > 0)
+    }
+
+    /// Number of bytes in a query from `at` on.
+    fn piece(&self, at: u8, room: usize) -> u8 {
+        let end = match self.firmware.unreadable() {
+            Some(unreadable) if at < unreadable => self.end.min(unreadable),
+            _ => self.end,
+        };
+        let overhead = self.firmware.reply_overhead() + usize::from(self.firmware.lead_bytes(at));
+        let room = room.saturating_sub(QUERY_BYTES + overhead);
+        let remaining = end.saturating_sub(at);
+        let piece = remaining.min(u8::try_from(room).unwrap_or(u8::MAX));
+        let is_split = piece < remaining && self.firmware.splits_register(at + piece);
+        // Registers have two bytes at most.
+        piece.saturating_sub(u8::from(is_split))
+    }
+
+    /// Takes the data of a reply; whether it answers the last query.
+    pub(super) fn take_data(&mut self, data: &[u8]) -> bool {
+        let contents = self
+            .firmware
+            .read_reply(self.next_address(), self.requested, data);
+        let Some(contents) = contents.filter(|contents| !contents.is_empty()) else {
+            return false;
+        };
+        // Contents are within a table, for which there is room.
+        let _ = self.data.extend_from_slice(contents);
+        self.insert_position();
+        true
+    }
+
+    /// Inserts both bytes of the position at once, so that they are of one sample.
+    fn insert_position(&mut self) {
+        if let Some(counts) = self.position
+            && self.is_unreadable(self.next_address())
+        {
+            let remaining = usize::from(self.end.saturating_sub(self.next_address()));
+            let counts = counts.to_le_bytes();
+            let bytes = counts.get(..remaining).unwrap_or(&counts);
+            let _ = self.data.extend_from_slice(bytes);
+        }
+    }
+}
