@@ -22,7 +22,7 @@ pub const PWM_MAX: u16 = 2000;
 pub struct RunFacts {
     /// Scenario or command that made the run.
     pub name: String,
-    /// World of control code and arm: `simulated: bench`.
+    /// Where control code and arm run: `simulated: bench`.
     pub world: String,
     /// Version of this program.
     pub version: String,

@@ -60,13 +60,13 @@ pub struct PayloadLens {
 pub struct TimeRequest {
     /// When the board wants to run again at the latest, in µs.
     pub until_us: u64,
-    /// How many bytes on the servo bus make it run before that, if any do.
+    /// Number of bytes on the servo bus that make it run before that, if any do.
     pub bus_wanted: Option<u16>,
     /// Speed of the servo bus in bits per second.
     pub bus_baud: u32,
-    /// How many bytes from the client of the transparent port it has room for.
+    /// Free space in bytes for the client of the transparent port.
     pub client_room: u32,
-    /// What it has sent since the last grant.
+    /// Bytes sent since the last grant.
     pub lens: PayloadLens,
     /// There is no more of that in another message.
     pub is_last: bool,
@@ -77,11 +77,11 @@ pub struct TimeRequest {
 pub struct TimeGrant {
     /// The time, in µs.
     pub now_us: u64,
-    /// What the client of the transparent port has set its port to.
+    /// Serial settings of the client of the transparent port.
     pub client_line: ClientLine,
     /// The emergency stop's switch is open.
     pub is_stop_pressed: bool,
-    /// What has arrived since the last grant.
+    /// Bytes received since the last grant.
     pub lens: PayloadLens,
     /// There is no more of that in another message.
     pub is_last: bool,
@@ -167,7 +167,7 @@ impl TimeGrant {
     }
 }
 
-/// What both have in common.
+/// Bytes common to both.
 struct Header {
     time: u64,
     lens: PayloadLens,

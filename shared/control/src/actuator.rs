@@ -57,7 +57,7 @@ impl Direction {
     }
 }
 
-/// What to send, and what it does.
+/// Command for a servo, and its effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command<T> {
     /// For the servo.

@@ -40,7 +40,7 @@ impl CheckWord {
     }
 }
 
-/// What a [`CheckWord`] is taken of.
+/// Data under a [`CheckWord`].
 pub trait Checked {
     /// Adds all its words, in a fixed order.
     fn check(&self, sum: &mut CheckWord);

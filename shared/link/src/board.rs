@@ -129,7 +129,7 @@ impl SettingsGroups {
     /// All groups.
     pub const ALL: Self = Self(0b1111);
 
-    /// Whether no group is in it.
+    /// True if empty.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }

@@ -119,11 +119,11 @@ pub enum Objection {
     Beyond {
         /// Of this joint.
         joint: u8,
-        /// What of it.
+        /// Measure concerned.
         measure: Measure,
-        /// What is asked for, in the unit of the measure.
+        /// Requested value, in the unit of the measure.
         value: f32,
-        /// What is allowed.
+        /// Allowed value.
         limit: f32,
     },
     /// The envelope reaches beyond where the arm is braked before its angle limit, if it
@@ -151,9 +151,9 @@ pub enum Objection {
     Moving {
         /// This joint.
         joint: u8,
-        /// How fast, in rad/s.
+        /// Speed in rad/s.
         speed_rad_s: f32,
-        /// What is allowed, in rad/s.
+        /// Allowed speed in rad/s.
         limit_rad_s: f32,
     },
 }
@@ -183,7 +183,7 @@ pub enum ExperimentEnd {
     Speed {
         /// Index of the joint.
         joint: u8,
-        /// How fast it was, in rad/s.
+        /// Speed in rad/s.
         value_rad_s: f32,
     },
     /// The host was silent for too long.

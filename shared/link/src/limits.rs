@@ -75,11 +75,11 @@ pub struct Limits {
     /// Temperatures between which a Morpheus servo may be, in counts of its
     /// converter, which is not calibrated.
     pub temperature_counts: [u16; 2],
-    /// How far that may change since the first reading after a start, either way.
+    /// Maximum drift from the first reading after a start.
     pub temperature_drift_counts: u16,
     /// Encoder counts from either end that are taken for the gap of the track.
     pub dead_zone_counts: u16,
-    /// How long samples of one joint may be missing, in ms; five ticks at least.
+    /// Longest gap in the samples of a joint, in ms; five ticks at least.
     pub lost_ms: u16,
     /// Share of a joint's samples that may be missing within a second, in percent.
     pub lost_percent: u8,

@@ -276,7 +276,7 @@ pub enum Refusal {
     /// The time of a streamed point is not a tick, 1 ms at least, after that of the point
     /// before it and of the next reference.
     Late {
-        /// How much later it would have to be, in µs.
+        /// Time in µs by which it would have to be later.
         by_us: u32,
     },
     /// A number is not finite or outside its range.

@@ -88,7 +88,7 @@ impl Drive {
     }
 }
 
-/// What tripped the supervisor: the first cause, with the values.
+/// Trip of the supervisor: the first cause, with its values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub struct Trip {
     /// Fault.

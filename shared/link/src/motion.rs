@@ -65,7 +65,7 @@ pub enum Motion {
 }
 
 impl Motion {
-    /// What the planner takes.
+    /// Shape for the planner.
     ///
     /// ```
     /// use armbridge_control::trajectory::{Shape, Waypoint};

@@ -20,9 +20,9 @@ pub struct Record {
     pub tick: u32,
     /// Mode of the board after the tick.
     pub mode: Mode,
-    /// What went in.
+    /// Inputs of the tick.
     pub input: TickInput,
-    /// What came out.
+    /// Outputs of the tick.
     pub output: TickOutput,
     /// Timing of the tick.
     pub timing: Timing,
@@ -148,7 +148,7 @@ pub struct TickOutput {
     pub guards: Guards,
     /// Whether every joint has a sample that passed the innovation gate.
     pub is_complete: bool,
-    /// What else happened; most ticks have nothing.
+    /// Events of the tick; most have none.
     pub events: Option<TickEvents>,
 }
 

@@ -32,7 +32,7 @@ pub enum ToServer {
     Join {
         /// It only observes: its hello never makes it the commander.
         is_observer: bool,
-        /// Who it is.
+        /// Name of the program.
         program: Program,
     },
     /// A hand on the simulated arm; no command of the board.

@@ -23,7 +23,7 @@ use embedded_hal_nb::serial::ErrorKind;
 /// up to 260.
 pub const SEND_MAX: usize = 260;
 
-/// Who drives the line after a transmission.
+/// Driver of the line after a transmission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LineAfter {
     /// The master still does: another transmission follows a pause, in which noise has no

@@ -52,7 +52,7 @@ pub struct Reply<'a> {
     pub id: u8,
     /// Error bits; none from Morpheus, which has no error byte.
     pub alarms: Alarms,
-    /// Contents of the registers of were read, or an acknowledgement.
+    /// Register contents, or an acknowledgement.
     pub data: &'a [u8],
 }
 

@@ -115,7 +115,7 @@ impl Arm {
         self.strayed_rad
     }
 
-    /// How long the board was armed.
+    /// Time for which the board was armed.
     pub fn held(&self) -> Duration {
         self.held
     }

@@ -1,4 +1,4 @@
-//! Who may connect to the server, and what a viewer may do.
+//! Access to the server, and permissions of viewers.
 //!
 //! A browser opens a WebSocket for any page, and says in `Origin` whose page that is. So
 //! pages of Foxglove's app, of this machine and of `--allow-origin` may connect, and any
@@ -21,7 +21,7 @@ const APP: &str = "https://app.foxglove.dev";
 /// Random bytes of a token.
 const TOKEN_BYTES: usize = 16;
 
-/// What a viewer may do.
+/// Permission of a viewer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Right {
     /// Watch, stop and disarm.
@@ -90,7 +90,7 @@ impl Access {
         &self.token
     }
 
-    /// What the sender of this request may do.
+    /// Permission of the sender of this request.
     ///
     /// # Errors
     /// If it may not connect.

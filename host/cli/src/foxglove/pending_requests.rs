@@ -17,7 +17,7 @@ use super::board::{Board, CommandKind};
 use super::values;
 use super::viewer::ViewerId;
 
-/// How long the board may take to show the effect of a request.
+/// Timeout for the effect of a request on the board.
 const TIMEOUT: Duration = Duration::from_secs(2);
 /// Requests of a viewer that wait for the board.
 const PENDING_MAX: usize = 32;

@@ -91,7 +91,7 @@ pub struct Server {
     listener: TcpListener,
     at: SocketAddr,
     access: Rc<Access>,
-    /// What a viewer gets first.
+    /// Messages that a new viewer gets first.
     greeting: Vec<Message>,
     handshakes: Vec<Handshake>,
     viewers: Vec<Viewer>,

@@ -74,7 +74,7 @@ pub struct Keys {
     pub note: Option<&'static str>,
     /// Whether the arm is a simulated one, which keys can push and lift.
     pub is_touchable: bool,
-    /// Who commands, on a link that is served to several programs.
+    /// Commander of a link that is served to several programs.
     pub role: Option<LinkRole>,
     /// The setpoint asked for last, and when.
     setpoint: Option<([f32; JOINTS], u64)>,

@@ -43,7 +43,7 @@ fn interrupted(program: &Program, args: &[&str]) -> Output {
     signalled(program, args, "-INT", has_computed)
 }
 
-/// Whether a file in a run folder has this name and more than so many bytes.
+/// Whether a file in a run folder has this name and more than `bytes` bytes.
 fn has_begun(program: &Program, name: &str, bytes: u64) -> bool {
     let runs = program.path("runs");
     let mut folders = names(&runs).into_iter();

@@ -37,7 +37,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// How its files' names end.
+    /// File extension.
     pub fn extension(self) -> &'static str {
         match self {
             Self::Csv => "csv",

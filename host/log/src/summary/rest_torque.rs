@@ -26,7 +26,7 @@ pub struct RestTorque {
 }
 
 impl RestTorque {
-    /// What is wrong with it, if anything is.
+    /// Flaw, if there is one.
     pub(super) fn remark(&self, facts: &RunFacts) -> Option<String> {
         let [first, second] = self.step_rms_nm;
         let chatters =

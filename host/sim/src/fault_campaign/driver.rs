@@ -149,7 +149,7 @@ impl Driver {
         self.phase == Phase::Working && is_streamed
     }
 
-    /// Sends so many heartbeats and a hello in one write.
+    /// Sends `heartbeats` heartbeats and a hello in one write.
     pub(super) fn burst(&mut self, heartbeats: usize) {
         for _ in 0..heartbeats {
             self.client.send(ToBoard::Heartbeat);

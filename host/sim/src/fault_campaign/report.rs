@@ -71,7 +71,7 @@ pub struct Report {
     /// Cases with a kind that boards do not detect yet which violate a requirement, or singles
     /// with an unexpected fault.
     pub unguarded: Vec<Failure>,
-    /// How many of these violate a requirement.
+    /// Number of these that violate a requirement.
     pub unguarded_failed: usize,
 }
 

@@ -1,4 +1,4 @@
-//! How far a servo may run ahead of the wire.
+//! Lookahead: time for which a servo may run ahead of the wire.
 //!
 //! A servo is affected only by bytes, and a byte takes ten bits. So from the senders that
 //! may begin a byte, and from those on the line, follows a time up to which a servo receives

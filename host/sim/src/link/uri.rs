@@ -181,7 +181,7 @@ impl BoardUri {
         }
     }
 
-    /// World of code and arm, as text; a simulated one begins with `simulated`.
+    /// Where code and arm run, as text; begins with `simulated` for a simulation.
     pub fn world(&self) -> String {
         match self {
             Self::Sim => "simulated: bench".into(),

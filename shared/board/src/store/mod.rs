@@ -107,7 +107,7 @@ pub enum SaveError {
     Full,
     /// The flash reports an error.
     Flash(NorFlashErrorKind),
-    /// What was written does not read back.
+    /// The written record does not read back.
     Mismatch,
 }
 

@@ -68,7 +68,7 @@ use crate::trajectory::Reference;
 use armbridge_servo::JOINTS;
 use nalgebra::{Matrix2x4, Vector2};
 
-/// How the error of each joint shall die away.
+/// Error dynamics of each joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tuning<T> {
     /// Natural frequency wn in rad/s.
@@ -96,7 +96,7 @@ pub enum Error<T> {
     Unstable {
         /// This joint.
         joint: usize,
-        /// What the error grows by each period: 1 or more.
+        /// Growth factor of the error per period: 1 or more.
         radius: T,
     },
 }

@@ -23,7 +23,7 @@ use nalgebra::Vector2;
 /// The feed-forward, for both joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DryFriction<T> {
-    /// What is added at most, in N m, joint by joint.
+    /// Largest compensation in N m, joint by joint.
     pub torque_nm: [T; JOINTS],
     /// Feedback torque in N m from which on, at rest, all of it is.
     pub blend_nm: T,

@@ -157,7 +157,7 @@ mod tests {
     use crate::arm::Mounting;
     use crate::design::stability;
 
-    /// What hangs is stable by itself, and needs less of a gain on its angles.
+    /// A hanging arm is stable by itself, and needs smaller gains on its angles.
     #[test]
     fn an_arm_that_hangs_has_a_gain_of_its_own() {
         let weights = Weights {

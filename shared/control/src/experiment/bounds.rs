@@ -216,13 +216,13 @@ impl<T: Real> Signal<T> {
     }
 }
 
-/// What is known of a wave before its ramps.
+/// Wave bounds before the envelope.
 struct Wave<T> {
     offset: T,
     amplitude: T,
     /// Highest, in rad/s.
     omega: T,
-    /// What that changes by, in rad/s^2.
+    /// Its rate of change, in rad/s^2.
     domega: T,
 }
 

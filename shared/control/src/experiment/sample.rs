@@ -7,7 +7,7 @@ use crate::real::Real;
 pub struct Sample<T> {
     /// In its unit.
     pub value: T,
-    /// What it changes by, per s; 0 at an edge.
+    /// Derivative, per s; 0 at an edge.
     pub first: T,
     /// The second derivative, per s^2; 0 at a corner.
     pub second: T,

@@ -45,9 +45,9 @@ pub enum Signal<T> {
     Steps {
         /// Height of the first.
         first: T,
-        /// What each is higher than the one before.
+        /// Height increment per pulse.
         increment: T,
-        /// How many heights there are.
+        /// Number of heights.
         steps: u8,
         /// Length of a pulse, in s.
         on_s: T,
@@ -90,7 +90,7 @@ pub enum Signal<T> {
         amplitude: T,
         /// The first line, and the distance of the others, in Hz.
         lowest_hz: T,
-        /// How many.
+        /// Their number.
         lines: u8,
         /// In s; 0 for none.
         ramp_s: T,

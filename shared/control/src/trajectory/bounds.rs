@@ -1,4 +1,4 @@
-//! What a trajectory may ask of the arm.
+//! Bounds of speed, acceleration and jerk on trajectories.
 
 use crate::check_word::checked;
 use crate::real::Real;
@@ -28,7 +28,7 @@ pub struct Bounds<T> {
 
 checked!(Bounds<T> { angle_rad, speed_rad_s, acceleration_rad_s2, jerk_rad_s3 });
 
-/// What is bounded.
+/// Bounded quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "postcard", derive(Serialize, Deserialize, Schema, MaxSize))]
 pub enum Quantity {
@@ -51,7 +51,7 @@ pub struct Peak<T> {
     pub quantity: Quantity,
     /// The value there, in the quantity's unit.
     pub value: T,
-    /// What its magnitude is bounded by.
+    /// Bound on its magnitude.
     pub limit: T,
     /// When, in s since the start.
     pub at_s: T,
@@ -134,7 +134,7 @@ impl<T: Real> PeakTracker<T> {
         }
     }
 
-    /// How far beyond, as a ratio; for comparison.
+    /// Ratio of value to limit, for comparison.
     pub(super) fn ratio(&self) -> T {
         self.ratio
     }

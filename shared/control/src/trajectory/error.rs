@@ -7,9 +7,9 @@ use super::{Peak, Quantity};
 pub enum Argument {
     /// The reference to start from.
     From,
-    /// What is wanted.
+    /// Requested value.
     Shape,
-    /// What is permitted.
+    /// Permitted value.
     Bounds,
 }
 

@@ -1,4 +1,4 @@
-//! What is wanted, as plain data.
+//! Shapes of motions, as plain data.
 
 use super::WAYPOINTS_MAX;
 use crate::real::Real;
@@ -14,7 +14,7 @@ pub struct Waypoint<T> {
     pub q: Vector2<T>,
 }
 
-/// What is wanted of both joints.
+/// Shape of a motion of both joints.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape<T> {
     /// Rest at these angles, from now on. A regulator's setpoint: the only shape

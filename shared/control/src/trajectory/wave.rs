@@ -25,7 +25,7 @@ pub(super) struct Wave<T> {
     pub(super) amplitude_rad: Vector2<T>,
     /// At t = 0.
     pub(super) start_hz: Vector2<T>,
-    /// What the frequency grows by each second.
+    /// Growth of the frequency per second.
     pub(super) sweep_hz_s: Vector2<T>,
     /// In -0.5..=0.5 turns.
     pub(super) phase_turns: Vector2<T>,

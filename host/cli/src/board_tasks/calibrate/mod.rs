@@ -29,9 +29,9 @@ use super::{Task, TaskError, View};
 use measure::{Pose, Sampler, direction};
 use motor::Motor;
 
-/// How often the counts are shown while a person moves the arm.
+/// Interval at which counts are shown while a person moves the arm.
 const SHOW_US: u64 = 100_000;
-/// How often a measurement may fail before the calibration ends.
+/// Number of failed measurements after which the calibration ends.
 const ATTEMPTS: u32 = 3;
 
 /// The dialogue with the person.

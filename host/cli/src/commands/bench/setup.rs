@@ -1,4 +1,4 @@
-//! The requested set-up: the recommended one, with the options given.
+//! The requested set-up: defaults overridden by options.
 
 use armbridge_control::estimate::{Config, Form, Tuning};
 use armbridge_link::message::{Controller, Gains, Setup};

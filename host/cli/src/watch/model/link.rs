@@ -42,7 +42,7 @@ pub struct Link {
     pub foreign: u64,
     /// Records that the board dropped because the host did not fetch them.
     pub dropped: u64,
-    /// How often the connection broke.
+    /// Number of broken connections.
     pub breaks: u64,
     /// From a command's last frame to its acknowledgement, the latest, in ns.
     pub round_trip_ns: Option<u64>,

@@ -36,7 +36,7 @@ pub(super) fn title(
     Line::from(format!("{left}{between}{right}")).style(theme::badge(Style::new()))
 }
 
-/// Who commands instead of this program.
+/// Commander in place of this program.
 pub(super) fn observer(role: LinkRole) -> Option<Line<'static>> {
     let commander = match role.commander {
         _ if role.is_commander => return None,

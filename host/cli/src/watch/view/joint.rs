@@ -11,7 +11,7 @@ use ratatui::widgets::Block;
 use super::{plot, theme};
 use crate::watch::model::{Line as LinkLine, Model};
 
-/// From so many rows on, the bar has a line of its own.
+/// Height in rows from which the bar has a line of its own.
 const ROOMY: u16 = 10;
 
 /// Draws it.

@@ -32,7 +32,7 @@ use super::model::Model;
 
 /// The least there must be, in columns and rows.
 const LEAST: (u16, u16) = (80, 24);
-/// From so many rows on, the boxes below are higher.
+/// Height in rows from which the boxes below are higher.
 const HIGH: u16 = 34;
 
 /// Keys, in the last line.

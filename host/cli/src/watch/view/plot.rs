@@ -120,7 +120,7 @@ struct Axis {
 }
 
 impl Axis {
-    /// A round one over this range, for so many rows.
+    /// Rounded tick spacing over this range, for `rows` rows.
     fn over(range: Option<(f32, f32)>, rows: u16) -> Self {
         let (low, high) = range.unwrap_or((0.0, 0.0));
         let (low, high) = (f64::from(low), f64::from(high));

@@ -12,7 +12,7 @@ use super::super::edits::Edit;
 use super::super::what_if;
 use super::{Changes, Knowledge, ReplayError, Replayer};
 
-/// What the rest of a replay depends on.
+/// State of a replay.
 #[derive(Serialize, Deserialize)]
 struct State {
     settings: Settings,

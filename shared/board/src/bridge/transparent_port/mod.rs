@@ -53,7 +53,7 @@ pub(super) struct TransparentPort {
     pending: Option<PendingRequest>,
     /// Time since which it waits, in µs.
     since_us: u64,
-    /// How often the servo has been asked.
+    /// Number of attempts.
     tries: u8,
     /// The request or packet at hand had to wait for a later tick.
     has_waited: bool,

@@ -93,7 +93,7 @@ checked!(ProofConfig {
     period_s,
 });
 
-/// How a controller holds a joint.
+/// A joint that a controller holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Held {
     /// Torque in N m beyond that which the model has for the motion.

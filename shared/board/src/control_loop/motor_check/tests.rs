@@ -6,7 +6,7 @@ use armbridge_control::arm::State;
 /// Encoder count in rad.
 const COUNT_RAD: f32 = 0.005_118;
 
-/// What differs from the model.
+/// Deviations from the model.
 #[derive(Clone, Copy, Debug)]
 struct Truth {
     /// Sign and strength of each motor.
@@ -144,7 +144,7 @@ fn check(truth: &Truth, period_us: u32, seed: u32) -> (Result<(), Fault>, f32) {
     panic!("no end: {truth:?}");
 }
 
-/// How many of 100 checks have this result. None moves a joint by a tenth of a radian.
+/// Number of 100 checks with this result. None moves a joint by a tenth of a radian.
 fn count(truth: &Truth, period_us: u32, expected: Result<(), Fault>) -> u32 {
     (1..=100)
         .map(|seed| {
@@ -223,7 +223,7 @@ fn a_joint_that_is_held_is_stuck() {
     assert_eq!(count(&truth, 1_000, Err(Fault::Stuck)), 100);
 }
 
-/// How many of 600 checks with a random push pass, and how many find a wrong motor.
+/// Numbers of 600 checks with a random push that pass, and that find a wrong motor.
 fn pushed(gain: [f32; 2]) -> [u32; 2] {
     let mut noise = Noise(7);
     let mut counts = [0; 2];

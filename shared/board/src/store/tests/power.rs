@@ -7,7 +7,7 @@ use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNo
 use std::vec;
 use std::vec::Vec;
 
-/// What power can be cut in.
+/// Flash operation in which power can be cut.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Step {
     Word(usize, [u8; 4]),

@@ -15,7 +15,7 @@ use nalgebra::Matrix2;
 /// otherwise wind it up, and fly when it is released.
 const DISTURBANCE_MAX_NM: f64 = 0.5;
 
-/// What one joint needs every period.
+/// Constants of one joint's filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Axis<T> {
     /// Integral of exp(A t) over a period, rows angle and speed.

@@ -17,7 +17,7 @@ pub struct Tuning<T> {
     /// Acceleration that no torque explains, as white noise:
     /// rad/s^2 per square root of Hz.
     pub acceleration: T,
-    /// How fast a disturbance may walk: N m per square root of s.
+    /// Random walk of the disturbance torque, in N m per square root of s.
     pub disturbance: T,
     /// Coulomb friction in N m; 0 leaves friction to the disturbance.
     pub coulomb_nm: T,

@@ -62,7 +62,7 @@ pub enum Error<T> {
     NotFinite,
     /// It is less than [`SPACING_MIN_US`] after the point before, or after the present.
     Late {
-        /// How much later it would have to be, in us.
+        /// Time in µs by which it would have to be later.
         by_us: u64,
     },
     /// There are [`POINTS_MAX`] already.

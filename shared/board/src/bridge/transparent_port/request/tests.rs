@@ -29,7 +29,7 @@ struct Memory {
 }
 
 impl Memory {
-    /// What the servo answers to a READ.
+    /// The servo's reply to a READ.
     fn answer(&self, query: &BusQuery) -> Vec<u8> {
         assert_eq!(query.id, SERVO);
         let (address, count, overhead) = match self.bus {
@@ -76,7 +76,7 @@ impl Memory {
         Some(PendingRequest::read(responder, read))
     }
 
-    /// What the client must get for a read of all this at once.
+    /// The reply that the client must get to a read of all this at once.
     fn whole(&self, address: u8, count: u8, alarms: u8) -> Vec<u8> {
         let data = &self.bytes[usize::from(address)..][..usize::from(count)];
         match self.bus {

@@ -11,7 +11,7 @@ use armbridge_link::limits::Limits;
 use armbridge_link::mode::Guards;
 use nalgebra::Vector2;
 
-/// What a servo gives at full PWM by equation (5), the weaker way.
+/// Torque at full PWM by equation (5), in the weaker direction.
 const FULL_NM: f32 = 1.18;
 
 /// Where the default limits cut, and where the arm is to stop.
@@ -26,7 +26,7 @@ fn fixture(period_us: u32) -> Fixture {
     Fixture::new(limits, period_us)
 }
 
-/// What became of a joint that was thrown with its motor pushing on.
+/// Outcome for a joint that was thrown with its motor pushing on.
 struct Course {
     farthest_rad: f64,
     end: Plant,

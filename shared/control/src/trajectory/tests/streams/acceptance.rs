@@ -1,4 +1,4 @@
-//! What a stream accepts and refuses, and that it stays within the bounds.
+//! Acceptance and refusal of a stream's points, and its bounds.
 
 use super::*;
 
