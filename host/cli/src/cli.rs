@@ -7,9 +7,9 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::args::{OutputArgs, TaskArgs};
 use crate::commands::{
-    Outcome, arm, bench, calibrate, clear, completions, config, design, diff, disarm, doctor,
-    export, fault_campaign, foxglove, hand, identify, info, man, paper, params, plants, plot, push,
-    replay, run, scan, serve, servo, setup, status, stop, sweep, watch,
+    Outcome, arm, calibrate, clear, completions, config, design, diff, disarm, doctor, export,
+    fault_campaign, foxglove, hand, identify, info, man, paper, params, plants, plot, push, replay,
+    run, scan, serve, servo, setup, status, stop, sweep, trials, watch,
 };
 
 /// Deterministic control of a two-joint Dynamixel arm.
@@ -91,8 +91,8 @@ pub(crate) enum Command {
     #[command(after_help = replay::EXAMPLES)]
     Replay(replay::ReplayArgs),
     /// Run any controller and estimator on simulated arms, many times.
-    #[command(after_help = bench::EXAMPLES)]
-    Bench(bench::BenchArgs),
+    #[command(after_help = trials::EXAMPLES)]
+    Trials(trials::TrialsArgs),
     /// Run a scenario with every combination of several values.
     #[command(after_help = sweep::EXAMPLES)]
     Sweep(Box<sweep::SweepArgs>),
@@ -148,7 +148,7 @@ impl Command {
             Self::Export(args) => export::run(args),
             Self::Diff(args) => diff::run(args),
             Self::Replay(args) => replay::run(args),
-            Self::Bench(args) => bench::run(args),
+            Self::Trials(args) => trials::run(args),
             Self::Sweep(args) => sweep::run(args),
             Self::Plants(args) => plants::run(args),
             Self::FaultCampaign(args) => fault_campaign::run(args),

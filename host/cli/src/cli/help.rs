@@ -35,7 +35,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
             "hand",
             "sweep",
             "plants",
-            "bench",
+            "trials",
             "fault-campaign",
             "paper",
         ],

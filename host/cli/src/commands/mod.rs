@@ -1,7 +1,6 @@
 //! The commands, one file each with its arguments, and what several have in common.
 
 pub(crate) mod arm;
-pub(crate) mod bench;
 pub(crate) mod calibrate;
 pub(crate) mod clear;
 pub(crate) mod completions;
@@ -31,6 +30,7 @@ pub(crate) mod setup;
 pub(crate) mod status;
 pub(crate) mod stop;
 pub(crate) mod sweep;
+pub(crate) mod trials;
 pub(crate) mod watch;
 
 mod ask;

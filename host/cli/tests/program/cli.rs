@@ -25,7 +25,7 @@ fn wrong_arguments_say_what_is_right() {
         (["run", "--duration", "0"].as_slice(), "seconds from 0.1"),
         (&["run", "--duration", "-1"], "seconds from 0.1"),
         (&["run", "--seed", "99999999999999999999"], "from 0 to 1844"),
-        (&["bench", "--loss", "-0.5"], "fraction from 0 to 1"),
+        (&["trials", "--loss", "-0.5"], "fraction from 0 to 1"),
         (&["run", "--set", "period"], "is not KEY=VALUE"),
         (&["run", "--initial", "2,0"], "expected two angles"),
         (
@@ -39,12 +39,12 @@ fn wrong_arguments_say_what_is_right() {
         ),
         (&["demo", "--seed", "2"], "`armbridge run demo`"),
         (&["balance"], "balance"),
-        (&["bench", "--q", "1,2"], "expected 4 numbers"),
-        (&["bench", "--seeds", "5..1"], "expected seeds"),
-        (&["bench", "--disturb", "3,1,1,1"], "joint 1 or 2"),
-        (&["bench", "--loss", "1.5"], "fraction from 0 to 1"),
-        (&["bench", "--reference", "sine:9,9,1"], "sine:A1,A2,HZ"),
-        (&["bench", "--best", "--estimator", "kalman"], "--best"),
+        (&["trials", "--q", "1,2"], "expected 4 numbers"),
+        (&["trials", "--seeds", "5..1"], "expected seeds"),
+        (&["trials", "--disturb", "3,1,1,1"], "joint 1 or 2"),
+        (&["trials", "--loss", "1.5"], "fraction from 0 to 1"),
+        (&["trials", "--reference", "sine:9,9,1"], "sine:A1,A2,HZ"),
+        (&["trials", "--best", "--estimator", "kalman"], "--best"),
         (&["fault-campaign", "--kinds", "gremlins"], "servo-deaf"),
     ] {
         assert_fails(&program.run(args), &[words, "--help"]);
@@ -248,7 +248,7 @@ fn a_trial_that_makes_no_sense_says_why() {
         ),
     ] {
         assert_fails(
-            &program.run(&[&["bench"], args.as_slice()].concat()),
+            &program.run(&[&["trials"], args.as_slice()].concat()),
             &words,
         );
     }
@@ -256,16 +256,16 @@ fn a_trial_that_makes_no_sense_says_why() {
 
 #[test]
 fn trials_are_a_table_or_a_json_object_and_plots() {
-    let program = Program::new("cli-bench");
-    let bench = ["bench", "--seeds", "1..2", "--duration", "2"];
-    let output = program.run(&bench);
+    let program = Program::new("cli-trials");
+    let trials = ["trials", "--seeds", "1..2", "--duration", "2"];
+    let output = program.run(&trials);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let lines: Vec<&str> = text(&output.stdout).lines().collect();
     assert_eq!(lines.len(), 7, "{lines:?}");
     assert!(lines[5].starts_with("worst") && lines[6].starts_with("mean"));
 
     let options = ["--json", "--plot", "plots", "--disturb", "1,0.2,1,0.05"];
-    let output = program.run(&[bench.as_slice(), &options].concat());
+    let output = program.run(&[trials.as_slice(), &options].concat());
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(report["outcomes"][1]["seed"], 2);
     assert!(report["outcomes"][0]["settling_time_s"].as_f64().unwrap() < 1.0);
@@ -277,10 +277,10 @@ fn trials_are_a_table_or_a_json_object_and_plots() {
 
 /// As a run measures it: within 20 mrad, and from the step on.
 #[test]
-fn a_bench_settles_as_a_run_does() {
-    let program = Program::new("bench-settling");
+fn trials_settle_as_a_run_does() {
+    let program = Program::new("trials-settling");
     let settling_s = |args: &[&str]| {
-        let report = program.json(&[&["bench", "--json"], args].concat());
+        let report = program.json(&[&["trials", "--json"], args].concat());
         report["outcomes"][0]["settling_time_s"].as_f64().unwrap()
     };
     // Within 15 mrad it takes 0.743 s.

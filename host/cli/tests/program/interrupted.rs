@@ -145,7 +145,7 @@ fn ctrl_c_leaves_no_half_export() {
 fn ctrl_c_keeps_the_trials_and_cases_that_are_done() {
     let program = Program::new("output-ctrl-c");
     let args = [
-        "bench",
+        "trials",
         "--seeds",
         "1..10000",
         "--duration",

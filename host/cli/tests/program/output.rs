@@ -39,7 +39,7 @@ fn a_closed_pipe_ends_every_command_quietly() {
         &["replay"],
         &["plot", "--what", "phase", "--format", "svg"],
         &["export", "csv", "--out", "-"],
-        &["bench", "--seeds", "1", "--duration", "0.5"],
+        &["trials", "--seeds", "1", "--duration", "0.5"],
         &["identify", "fit", "--json"],
     ] {
         let (reader, writer) = std::io::pipe().unwrap();
@@ -148,7 +148,7 @@ fn files_that_exist_are_kept() {
         &["export", "csv", "--out", "log.csv"],
         &["man", "--out", "pages"],
         &[
-            "bench",
+            "trials",
             "--seeds",
             "1",
             "--duration",
@@ -328,11 +328,11 @@ fn a_file_is_replaced_only_by_a_whole_one() {
 }
 
 #[test]
-fn a_bench_replaces_all_its_files_or_none() {
-    let program = Program::new("output-bench");
-    let bench = |seed: &'static str| {
+fn trials_replace_all_their_files_or_none() {
+    let program = Program::new("output-trials");
+    let trials = |seed: &'static str| {
         [
-            "bench",
+            "trials",
             "--seeds",
             seed,
             "--duration",
@@ -344,11 +344,11 @@ fn a_bench_replaces_all_its_files_or_none() {
     };
     fs::create_dir(program.path("trial")).unwrap();
     fs::write(program.path("trial/run.csv"), "mine").unwrap();
-    program.refuses(&bench("1"), &["run.csv", "it exists; --force replaces it"]);
+    program.refuses(&trials("1"), &["run.csv", "it exists; --force replaces it"]);
     assert_eq!(names(&program.path("trial")), ["run.csv"]);
-    program.prints(&[bench("1").as_slice(), &["--force"]].concat());
+    program.prints(&[trials("1").as_slice(), &["--force"]].concat());
     let first = names(&program.path("trial"));
-    program.prints(&[bench("2").as_slice(), &["--force"]].concat());
+    program.prints(&[trials("2").as_slice(), &["--force"]].concat());
     assert_eq!(names(&program.path("trial")), first);
 }
 

@@ -90,8 +90,8 @@ fn the_paper_identified_has_the_friction_of_the_readme() {
 
 #[test]
 fn the_sine_is_tracked_as_the_readme_says() {
-    let bench = json(&[
-        "bench",
+    let trials = json(&[
+        "trials",
         "--seeds",
         "1..20",
         "--controller",
@@ -104,7 +104,7 @@ fn the_sine_is_tracked_as_the_readme_says() {
         "sine:0.3,0.3,1",
         "--json",
     ]);
-    let runs = bench["outcomes"].as_array().unwrap();
+    let runs = trials["outcomes"].as_array().unwrap();
     let errors = runs
         .iter()
         .flat_map(|run| run["tracking_rms_mrad"].as_array().unwrap());

@@ -31,7 +31,9 @@ pub enum ChangeError {
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// Error of the settings as a whole.
-    #[error("`setup.period_us` is that of the recorded ticks, {0}; `armbridge bench` tries others")]
+    #[error(
+        "`setup.period_us` is that of the recorded ticks, {0}; `armbridge trials` tries others"
+    )]
     Period(u32),
 }
 

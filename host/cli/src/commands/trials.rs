@@ -1,4 +1,4 @@
-//! `armbridge bench`: trials of any set-up on any virtual arm, for many seeds.
+//! `armbridge trials`: trials of any set-up on any virtual arm, for many seeds.
 
 mod args;
 mod setup;
@@ -22,24 +22,24 @@ use serde::Serialize;
 
 use super::{Error, Outcome};
 use crate::args::ForceArgs;
-pub(crate) use args::BenchArgs;
+pub(crate) use args::TrialsArgs;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
-  armbridge bench
-  armbridge bench --estimator luenberger --friction 0,0 --seeds 1..20
-  armbridge bench --controller computed-torque --reference sine:0.3,0.3,1
-  armbridge bench --plant dead-zone --disturb 1,0.2,3,0.05 --loss 0.2
+  armbridge trials
+  armbridge trials --estimator luenberger --friction 0,0 --seeds 1..20
+  armbridge trials --controller computed-torque --reference sine:0.3,0.3,1
+  armbridge trials --plant dead-zone --disturb 1,0.2,3,0.05 --loss 0.2
 
 Unspecified options use the recommended settings: the LQR, the Kalman filter,
 and 0.04 N m against friction. Results are of the true arm's worse joint. Ctrl-C
-ends the bench after the trials that have begun; the finished ones are printed,
+stops after the trials that have begun; the finished ones are printed,
 and the exit code is 130.";
 
 /// Default initial angles in rad.
 const INITIAL_RAD: [f64; JOINTS] = [0.49, -0.3];
 
-pub(crate) fn run(args: &BenchArgs) -> Outcome {
+pub(crate) fn run(args: &TrialsArgs) -> Outcome {
     let trial = trial(args)?;
     let seeds = &args.seeds.0;
     let quiet = args.quiet || args.json;
@@ -72,7 +72,7 @@ pub(crate) fn run(args: &BenchArgs) -> Outcome {
     Ok(ExitCode::from(u8::from(is_faulty)))
 }
 
-fn print(args: &BenchArgs, trial: &Trial, outcomes: &[Trialled]) -> Result<(), Error> {
+fn print(args: &TrialsArgs, trial: &Trial, outcomes: &[Trialled]) -> Result<(), Error> {
     if args.json {
         let report = Report {
             trial: Described::of(trial, args.reference),
@@ -120,7 +120,7 @@ impl Described {
     }
 }
 
-fn trial(args: &BenchArgs) -> Result<Trial, Error> {
+fn trial(args: &TrialsArgs) -> Result<Trial, Error> {
     let file = match &args.plant {
         Some(name) => PlantFile::load(name)?,
         None => PlantFile::default(),
@@ -147,12 +147,12 @@ fn trial(args: &BenchArgs) -> Result<Trial, Error> {
     })
 }
 
-fn heading(args: &BenchArgs, trial: &Trial) -> String {
+fn heading(args: &TrialsArgs, trial: &Trial) -> String {
     let name = |value: Option<clap::builder::PossibleValue>| {
         value.map_or_else(String::new, |value| value.get_name().to_owned())
     };
     format!(
-        "armbridge bench · simulated · {} · {} · period {} µs · {} s",
+        "armbridge trials · simulated · {} · {} · period {} µs · {} s",
         name(clap::ValueEnum::to_possible_value(&args.control.controller)),
         name(clap::ValueEnum::to_possible_value(&args.estimate.estimator)),
         trial.script.setup.period_us,
@@ -175,7 +175,7 @@ fn write(folder: &Path, force: ForceArgs, facts: &RunFacts, run: &Run) -> Result
 }
 
 /// The recorder of the first seed, if its log is requested.
-fn recorder(args: &BenchArgs, trial: &Trial) -> Result<Option<Recorder>, Error> {
+fn recorder(args: &TrialsArgs, trial: &Trial) -> Result<Option<Recorder>, Error> {
     let (Some(folder), Some(seed)) = (&args.plot, args.seeds.0.first()) else {
         return Ok(None);
     };
@@ -198,7 +198,7 @@ fn facts(trial: &Trial, seed: u64) -> RunFacts {
         ..
     } = trial.plant;
     RunFacts {
-        name: "bench".into(),
+        name: "trials".into(),
         world: "simulated: bench".into(),
         version: env!("CARGO_PKG_VERSION").into(),
         seed: Some(seed),

@@ -1,4 +1,4 @@
-//! Options of `armbridge bench`.
+//! Options of `armbridge trials`.
 
 use std::path::PathBuf;
 
@@ -16,7 +16,7 @@ use crate::args::values::{
 
 /// Trials on the bench.
 #[derive(Args, Debug)]
-pub(crate) struct BenchArgs {
+pub(crate) struct TrialsArgs {
     /// Use the recommended settings, which are the default.
     #[arg(long, conflicts_with_all = ["controller", "estimator", "friction"])]
     pub(crate) best: bool,
