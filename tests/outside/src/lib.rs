@@ -4,8 +4,8 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
-use armbridge_board::control_loop::{ControlLoop, DriveRequest, Instant, LoopConfig};
 use armbridge_board::checkpoints::Checkpoints;
+use armbridge_board::control_loop::{ControlLoop, DriveRequest, Instant, LoopConfig};
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::{Parameters, State};
 use armbridge_link::message::{Missing, Refusal, Sample, Settings};

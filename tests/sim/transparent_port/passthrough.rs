@@ -1,4 +1,4 @@
-//! The bus while only the client uses it, through a plain transparent_port.
+//! The bus while only the client uses it, through a plain transparent port.
 
 use std::cell::RefCell;
 use std::rc::Rc;

@@ -2,7 +2,7 @@
 
 /// Packets of clients at the transparent port: to servos under control, 1 and 2, and to
 /// others.
-pub(crate) const GATEWAY: [(&str, &str); 26] = [
+pub(crate) const TRANSPARENT_PORT: [(&str, &str); 26] = [
     ("stock-led-and-more", "FF FF 01 05 03 19 01 01 DB"),
     ("morpheus-read-speed", "AA 05 01 21 02 0D 01 C3"),
     ("morpheus-read-temperature", "AA 05 02 21 02 0E 02 C0"),

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::messages;
-use super::packets::{GATEWAY, MASTER, MORPHEUS, PROTOCOL1, STORE};
+use super::packets::{MASTER, MORPHEUS, PROTOCOL1, STORE, TRANSPARENT_PORT};
 
 /// Names and bytes.
 pub type Seeds = BTreeMap<String, Vec<u8>>;
@@ -28,7 +28,7 @@ fn written(table: &[(&str, &str)]) -> Seeds {
 /// What the folder of each target holds.
 pub fn all() -> [(&'static str, Seeds); 6] {
     [
-        ("transparent_port", written(&GATEWAY)),
+        ("transparent_port", written(&TRANSPARENT_PORT)),
         ("link", messages::seeds()),
         ("master", written(&MASTER)),
         ("morpheus", written(&MORPHEUS)),

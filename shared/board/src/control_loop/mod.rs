@@ -49,7 +49,7 @@
 //! let mut plant = State::at_rest(Vector2::new(0.2, -0.1));
 //! let (mut control, mut input) = (ControlLoop::new(&config), TickInput::AT_REST);
 //! let upright = DriveRequest::Regulate([0.0, 0.0]);
-//! control.request(&config, upright, Instant::default()).unwrap();
+//! control.request(&config, &upright, Instant::default()).unwrap();
 //! for tick in 1..=2_000 {
 //!     input.samples = [plant.q.x, plant.q.y].map(|q| Sample::Counts(servo.position(q) as u16));
 //!     (input.start_us, input.lead_us) = (tick * 1_000, 1_000);

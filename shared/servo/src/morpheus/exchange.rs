@@ -23,7 +23,7 @@ const ANSWER_US: u32 = 150;
 /// Pause between SYNC_WR and CYCLE. Of two packets closer than 20 µs a servo
 /// processes only the newer. On the bench none is lost with [`GAP_MIN_US`] either,
 /// in two seconds of ticks of 600 µs, which slide past the servos' own loops
-/// (`tests/transparent_port`); the rest is margin, 5 % of a tick at 1 kHz, until real
+/// (`tests/sim/transparent_port`); the rest is margin, 5 % of a tick at 1 kHz, until real
 /// servos have been measured.
 const GAP_US: u32 = 80;
 /// The same pause where the period leaves no room for that margin.
