@@ -4,8 +4,8 @@
 
 use std::collections::HashSet;
 
-use armbridge_analysis::paper;
-use armbridge_analysis::paper::{
+use armbridge_paper as paper;
+use armbridge_paper::{
     Claim, ConstantInput, DiscreteModel, Dynamics, Findings, FreeFall, Gains, LqrObserver, PwmLaw,
     Regulation, Tracking, Verdict,
 };

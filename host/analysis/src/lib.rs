@@ -1,5 +1,5 @@
-//! Runs and their analysis: scenarios, plan execution, plots, controller analysis,
-//! identification of an arm, and the recomputation of the paper that describes the arm.
+//! Runs and their analysis: scenarios, plan execution, plots, controller analysis and
+//! identification of an arm.
 //!
 //! | module          | contents                                                     |
 //! |-----------------|--------------------------------------------------------------|
@@ -13,15 +13,15 @@
 //! | [`plot`]        | plots of a run                                               |
 //! | [`design`]      | a set-up's gain, poles, margins and step response            |
 //! | [`identify`]    | identification of an arm's model from logs                   |
-//! | [`paper`]       | recomputation of the paper's numbers and figures             |
+//! | [`levenberg_marquardt`] | least squares of functions that are not linear       |
+//! | [`html`]        | parts of pages                                               |
 #![forbid(unsafe_code)]
 
 pub mod design;
-mod html;
+pub mod html;
 pub mod identify;
-mod levenberg_marquardt;
+pub mod levenberg_marquardt;
 pub mod monte_carlo;
-pub mod paper;
 pub mod plan_runner;
 pub mod plot;
 pub mod progress;

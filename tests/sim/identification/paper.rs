@@ -9,12 +9,12 @@
     reason = "where numbers are compared exactly, exactness is the claim"
 )]
 
-use armbridge_analysis::paper::identification::{
+use armbridge_control::arm::{Parameters, State};
+use armbridge_paper::identification::{
     Fit, FitError, InitialState, JointParameters, PUSH_FROM_RAD, SampledExperiment, Unknown,
     VISCOUS, VISCOUS_COULOMB, VISCOUS_TORQUE, VISCOUS_TORQUE_COULOMB, VISCOUS_TORQUE_INERTIA,
     VirtualArm, fit,
 };
-use armbridge_control::arm::{Parameters, State};
 use armbridge_servo::JOINTS;
 use armbridge_sim::plant::{Body, Friction};
 use nalgebra::{DMatrix, DVector, Vector2};

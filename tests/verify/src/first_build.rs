@@ -98,7 +98,7 @@ fn sources(folder: &std::path::Path, text: &mut String) {
 
 #[test]
 fn each_dependency_of_the_host_crates_is_used() {
-    for package in ["analysis", "cli", "client", "log", "sim"] {
+    for package in ["analysis", "cli", "client", "log", "paper", "sim"] {
         let folder = paths::root().join("host").join(package);
         let manifest = fs::read_to_string(folder.join("Cargo.toml")).unwrap();
         let (_, table) = manifest.split_once("\n[dependencies]\n").unwrap();

@@ -28,7 +28,7 @@ const DARK: [(&str, &str); 10] = [
 ];
 
 /// HTML text of a page with a title.
-pub(crate) fn page(title: &str, contents: &Markup) -> String {
+pub fn page(title: &str, contents: &Markup) -> String {
     let dark = DARK.map(|(light, dark)| {
         format!("svg [fill=\"{light}\"]{{fill:{dark}}}svg [stroke=\"{light}\"]{{stroke:{dark}}}\n")
     });
@@ -39,7 +39,7 @@ pub(crate) fn page(title: &str, contents: &Markup) -> String {
 
 /// HTML text of a document with a style of its own beside that of all pages. Its security
 /// policy forbids the network, and all scripts but those in the page.
-pub(crate) fn document(title: &str, style: &str, body: &Markup) -> String {
+pub fn document(title: &str, style: &str, body: &Markup) -> String {
     const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; \
                           script-src 'unsafe-inline'; img-src data:; base-uri 'none'; \
                           form-action 'none'";
@@ -63,12 +63,12 @@ pub(crate) fn document(title: &str, style: &str, body: &Markup) -> String {
 pub const PAGE_NAME: &str = "report.html";
 
 /// Writes a page into an existing folder; returns its path.
-pub(crate) fn write(folder: &Path, page: &str, existing: Existing) -> Result<PathBuf, PlotError> {
+pub fn write(folder: &Path, page: &str, existing: Existing) -> Result<PathBuf, PlotError> {
     plot::write(&folder.join(PAGE_NAME), page.as_bytes(), existing)
 }
 
 /// Table in a box that scrolls horizontally; a heading with `#` marks a column of numbers.
-pub(crate) fn table(heads: &[&str], rows: &Markup) -> Markup {
+pub fn table(heads: &[&str], rows: &Markup) -> Markup {
     html! {
         div.wide {
             table {
@@ -86,12 +86,12 @@ pub(crate) fn table(heads: &[&str], rows: &Markup) -> Markup {
 }
 
 /// CSS class of a column's cells.
-pub(crate) fn class(head: &str) -> Option<&'static str> {
+pub fn class(head: &str) -> Option<&'static str> {
     head.starts_with('#').then_some("n")
 }
 
 /// Drawing with a caption; `description` is its text alternative.
-pub(crate) fn figure(name: &str, drawing: &Drawing, description: &str, caption: &str) -> Markup {
+pub fn figure(name: &str, drawing: &Drawing, description: &str, caption: &str) -> Markup {
     let (width, height) = (drawing.width, drawing.height);
     html! {
         figure id=(name) {
@@ -106,7 +106,7 @@ pub(crate) fn figure(name: &str, drawing: &Drawing, description: &str, caption: 
 }
 
 /// Replaces the spaces between numbers and units by no-break spaces.
-pub(crate) fn unbroken(text: &str) -> String {
+pub fn unbroken(text: &str) -> String {
     const UNITS: [&str; 6] = ["mrad", "rad", "N m", "ms", "s", "%"];
     let mut text = text.to_owned();
     for unit in UNITS {

@@ -19,7 +19,7 @@ use linear_model::LinearModel;
 use trust_region::TrustRegion;
 
 /// A problem at its current coordinates.
-pub(crate) trait LeastSquares {
+pub trait LeastSquares {
     /// The coordinates.
     fn coordinates(&self) -> DVector<f64>;
     /// Changes the coordinates.
@@ -33,13 +33,13 @@ pub(crate) trait LeastSquares {
 
 /// When a search ends.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Limits {
+pub struct Limits {
     /// Relative change of the sum of squares, and of the coordinates.
-    pub(crate) tolerance: f64,
+    pub tolerance: f64,
     /// Cosine between the residuals and a column of the Jacobian.
-    pub(crate) gradient_tolerance: f64,
+    pub gradient_tolerance: f64,
     /// Evaluations per coordinate, and as many once more.
-    pub(crate) patience: usize,
+    pub patience: usize,
 }
 
 impl Default for Limits {
@@ -55,7 +55,7 @@ impl Default for Limits {
 
 /// End of a search. The problem has the best coordinates that were found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum End {
+pub enum End {
     /// At a minimum, within the tolerances or as far as rounding allows.
     Converged,
     /// The limit of evaluations is reached.
@@ -65,7 +65,7 @@ pub(crate) enum End {
 }
 
 /// Searches for a minimum from the problem's coordinates.
-pub(crate) fn minimise(problem: &mut impl LeastSquares, limits: Limits) -> End {
+pub fn minimise(problem: &mut impl LeastSquares, limits: Limits) -> End {
     let mut x = problem.coordinates();
     let mut scale = DVector::zeros(x.len());
     let mut region = None;

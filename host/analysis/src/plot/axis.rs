@@ -2,7 +2,7 @@
 
 /// Scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Scale {
+pub enum Scale {
     /// Linear.
     Linear,
     /// Linear, for whole numbers: no ticks between them.
@@ -15,10 +15,13 @@ pub(crate) enum Scale {
 
 /// A range of values on a scale.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Axis {
-    pub(crate) scale: Scale,
-    pub(crate) low: f64,
-    pub(crate) high: f64,
+pub struct Axis {
+    /// Mapping of values to positions.
+    pub scale: Scale,
+    /// Lower end of the range.
+    pub low: f64,
+    /// Upper end of the range.
+    pub high: f64,
 }
 
 impl Scale {
@@ -35,7 +38,7 @@ impl Scale {
 
 impl Axis {
     /// Linear axis between two ends.
-    pub(crate) fn linear(low: f64, high: f64) -> Self {
+    pub fn linear(low: f64, high: f64) -> Self {
         Self {
             scale: Scale::Linear,
             low,
@@ -45,7 +48,7 @@ impl Axis {
 
     /// Linear axis that contains values, with a margin `room` at both ends, as a fraction of
     /// the range.
-    pub(crate) fn around(values: impl Iterator<Item = f64>, room: f64) -> Self {
+    pub fn around(values: impl Iterator<Item = f64>, room: f64) -> Self {
         let (low, high) = values
             .filter(|v| v.is_finite())
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
@@ -59,13 +62,13 @@ impl Axis {
     }
 
     /// Position of a value: 0 at the low end, 1 at the high end.
-    pub(crate) fn position(&self, value: f64) -> f64 {
+    pub fn position(&self, value: f64) -> f64 {
         let (low, high) = (self.scale.apply(self.low), self.scale.apply(self.high));
         (self.scale.apply(value) - low) / (high - low)
     }
 
     /// Tick values and labels, at most about `max_ticks`.
-    pub(crate) fn ticks(&self, max_ticks: f64) -> Vec<(f64, String)> {
+    pub fn ticks(&self, max_ticks: f64) -> Vec<(f64, String)> {
         match self.scale {
             Scale::Linear => self.even_ticks(max_ticks, 0.0),
             Scale::Whole => self.even_ticks(max_ticks, 1.0),

@@ -7,16 +7,20 @@
 
 /// A rectangle in px; y grows downwards.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rect {
-    pub(crate) x: f64,
-    pub(crate) y: f64,
-    pub(crate) w: f64,
-    pub(crate) h: f64,
+pub struct Rect {
+    /// Left edge, in pixels.
+    pub x: f64,
+    /// Top edge, in pixels.
+    pub y: f64,
+    /// Width in pixels.
+    pub w: f64,
+    /// Height in pixels.
+    pub h: f64,
 }
 
 impl Rect {
     /// Rectangle of a figure's full width, between its y axis and its right edge.
-    pub(crate) fn row(y: f64, h: f64) -> Self {
+    pub fn row(y: f64, h: f64) -> Self {
         Self {
             x: 84.0,
             y,
@@ -25,26 +29,31 @@ impl Rect {
         }
     }
 
-    pub(crate) fn right(&self) -> f64 {
+    /// Right edge, in pixels.
+    pub fn right(&self) -> f64 {
         self.x + self.w
     }
 
-    pub(crate) fn bottom(&self) -> f64 {
+    /// Bottom edge, in pixels.
+    pub fn bottom(&self) -> f64 {
         self.y + self.h
     }
 }
 
 /// Style of a line.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stroke {
-    pub(crate) colour: &'static str,
-    pub(crate) width: f64,
+pub struct Stroke {
+    /// CSS colour.
+    pub colour: &'static str,
+    /// Width in pixels.
+    pub width: f64,
     /// Lengths of dash and gap; empty for a continuous line.
-    pub(crate) dash: &'static [f32],
+    pub dash: &'static [f32],
 }
 
 impl Stroke {
-    pub(crate) const fn solid(colour: &'static str, width: f64) -> Self {
+    /// A stroke without dashes.
+    pub const fn solid(colour: &'static str, width: f64) -> Self {
         Self {
             colour,
             width,
@@ -55,24 +64,31 @@ impl Stroke {
 
 /// Anchor of a text at its coordinates.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Anchor {
+pub enum Anchor {
+    /// The text begins at the point.
     Start,
+    /// The text is centred on the point.
     Middle,
+    /// The text ends at the point.
     End,
 }
 
 /// Style of a text.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Font {
-    pub(crate) size: f64,
-    pub(crate) bold: bool,
-    pub(crate) colour: &'static str,
-    pub(crate) anchor: Anchor,
+pub struct Font {
+    /// Height in pixels.
+    pub size: f64,
+    /// Whether the weight is bold.
+    pub bold: bool,
+    /// CSS colour.
+    pub colour: &'static str,
+    /// Position relative to the point.
+    pub anchor: Anchor,
 }
 
 impl Font {
     /// Approximate width of a text in px, without font metrics.
-    pub(crate) fn width(&self, text: &str) -> f64 {
+    pub fn width(&self, text: &str) -> f64 {
         // Mean advance of Noto Sans over English text, in em.
         text.chars().count() as f64 * self.size * if self.bold { 0.60 } else { 0.555 }
     }
@@ -118,17 +134,17 @@ pub(super) enum Shape {
 
 /// Shapes, the first at the bottom.
 #[derive(Clone, Debug)]
-pub(crate) struct Drawing {
+pub struct Drawing {
     /// In px.
-    pub(crate) width: f64,
+    pub width: f64,
     /// In px.
-    pub(crate) height: f64,
+    pub height: f64,
     pub(super) shapes: Vec<Shape>,
 }
 
 impl Drawing {
     /// An empty drawing on white.
-    pub(crate) fn new(width: f64, height: f64) -> Self {
+    pub fn new(width: f64, height: f64) -> Self {
         let mut drawing = Self {
             width,
             height,
@@ -145,7 +161,7 @@ impl Drawing {
     }
 
     /// A filled rectangle.
-    pub(crate) fn rect(&mut self, area: Rect, fill: &'static str, opacity: f64) {
+    pub fn rect(&mut self, area: Rect, fill: &'static str, opacity: f64) {
         self.shapes.push(Shape::Rect {
             area,
             fill,
@@ -154,17 +170,17 @@ impl Drawing {
     }
 
     /// A straight line.
-    pub(crate) fn line(&mut self, from: (f64, f64), to: (f64, f64), stroke: Stroke) {
+    pub fn line(&mut self, from: (f64, f64), to: (f64, f64), stroke: Stroke) {
         self.polyline(vec![vec![from, to]], stroke);
     }
 
     /// Pieces of a curve, with gaps between them.
-    pub(crate) fn polyline(&mut self, pieces: Vec<Vec<(f64, f64)>>, stroke: Stroke) {
+    pub fn polyline(&mut self, pieces: Vec<Vec<(f64, f64)>>, stroke: Stroke) {
         self.shapes.push(Shape::Polyline { pieces, stroke });
     }
 
     /// Round dots.
-    pub(crate) fn dots(&mut self, centres: Vec<(f64, f64)>, diameter: f64, colour: &'static str) {
+    pub fn dots(&mut self, centres: Vec<(f64, f64)>, diameter: f64, colour: &'static str) {
         self.shapes.push(Shape::Dots {
             centres,
             diameter,
@@ -173,7 +189,7 @@ impl Drawing {
     }
 
     /// An upright cross.
-    pub(crate) fn cross(&mut self, (x, y): (f64, f64), stroke: Stroke) {
+    pub fn cross(&mut self, (x, y): (f64, f64), stroke: Stroke) {
         const ARM: f64 = 7.0;
         let arms = vec![
             vec![(x - ARM, y), (x + ARM, y)],
@@ -183,12 +199,12 @@ impl Drawing {
     }
 
     /// A small ring, white inside.
-    pub(crate) fn ring(&mut self, centre: (f64, f64), colour: &'static str) {
+    pub fn ring(&mut self, centre: (f64, f64), colour: &'static str) {
         self.shapes.push(Shape::Ring { centre, colour });
     }
 
     /// A text; `turned` reads from bottom to top.
-    pub(crate) fn text(&mut self, at: (f64, f64), text: &str, font: Font, turned: bool) {
+    pub fn text(&mut self, at: (f64, f64), text: &str, font: Font, turned: bool) {
         self.shapes.push(Shape::Text {
             at,
             text: text.to_owned(),
@@ -198,7 +214,7 @@ impl Drawing {
     }
 
     /// Adds a text that begins at a point, on a light background that keeps it legible.
-    pub(crate) fn note(&mut self, (x, y): (f64, f64), text: &str, font: Font) {
+    pub fn note(&mut self, (x, y): (f64, f64), text: &str, font: Font) {
         let ground = Rect {
             x: x - 2.0,
             y: y - 0.95 * font.size,
@@ -211,12 +227,12 @@ impl Drawing {
 
     /// Limits the shapes up to [`end_clip`](Self::end_clip) to a rectangle. Clips do not
     /// nest.
-    pub(crate) fn begin_clip(&mut self, area: Rect) {
+    pub fn begin_clip(&mut self, area: Rect) {
         self.shapes.push(Shape::BeginClip(area));
     }
 
     /// Ends the clip.
-    pub(crate) fn end_clip(&mut self) {
+    pub fn end_clip(&mut self) {
         self.shapes.push(Shape::EndClip);
     }
 }

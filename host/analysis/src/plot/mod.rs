@@ -1,4 +1,4 @@
-//! Plots of a run, each as SVG and PNG. The [`paper`](crate::paper)'s figures use the same
+//! Plots of a run, each as SVG and PNG. The paper's figures use the same
 //! panels and drawings.
 //!
 //! | figure     | shows                                                         |
@@ -22,14 +22,14 @@
 //! ```
 
 mod angles;
-pub(crate) mod axis;
+pub mod axis;
 mod collector;
 mod decimate;
 mod difference;
-pub(crate) mod drawing;
+pub mod drawing;
 mod labels;
 mod marks;
-pub(crate) mod panel;
+pub mod panel;
 mod path;
 mod phase;
 mod png;
@@ -250,7 +250,7 @@ pub fn draw(
 }
 
 /// Writes named drawings into a folder, as SVG and PNG; files that exist are kept.
-pub(crate) fn write_all<N: AsRef<str>>(
+pub fn write_all<N: AsRef<str>>(
     folder: &Path,
     figures: impl IntoIterator<Item = (N, Drawing)>,
 ) -> Result<Vec<PathBuf>, PlotError> {
@@ -316,7 +316,7 @@ fn figure(height: f64, title: &str, facts: &RunFacts) -> Drawing {
 }
 
 /// Empty figure with a title and a note beside it.
-pub(crate) fn titled(height: f64, title: &str, about: &str) -> Drawing {
+pub fn titled(height: f64, title: &str, about: &str) -> Drawing {
     let mut drawing = Drawing::new(WIDTH, height);
     let bold = Font {
         size: 17.0,

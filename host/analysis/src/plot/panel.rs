@@ -8,38 +8,42 @@ use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use super::trace::Trace;
 
 /// Colours of text and frames, from dark to light.
-pub(crate) const INK: &str = "#1f2933";
-pub(crate) const MUTED: &str = "#5f6c7b";
-pub(crate) const FRAME: &str = "#aab4bf";
-pub(crate) const GRID: &str = "#e9edf1";
+pub const INK: &str = "#1f2933";
+/// Secondary text.
+pub const MUTED: &str = "#5f6c7b";
+/// Frames and axes.
+pub const FRAME: &str = "#aab4bf";
+/// Grid lines.
+pub const GRID: &str = "#e9edf1";
 /// Colour of each joint, and its light tint for samples.
-pub(crate) const JOINT: [&str; 2] = ["#1769aa", "#c8561b"];
-pub(crate) const JOINT_TINT: [&str; 2] = ["#9cc3e3", "#f0b996"];
+pub const JOINT: [&str; 2] = ["#1769aa", "#c8561b"];
+/// Areas and bands of the two joints.
+pub const JOINT_TINT: [&str; 2] = ["#9cc3e3", "#f0b996"];
 /// Colour of limits, faults and missing data.
-pub(crate) const ALARM: &str = "#b4232f";
+pub const ALARM: &str = "#b4232f";
 /// Colour of intervals without records.
-pub(crate) const GAP: &str = "#dfe4e9";
+pub const GAP: &str = "#dfe4e9";
 /// Colour of permitted ranges and good results.
-pub(crate) const GOOD: &str = "#2a9d6a";
+pub const GOOD: &str = "#2a9d6a";
 
 /// Colour of a fourth curve.
-pub(crate) const FOURTH: &str = "#8250a8";
+pub const FOURTH: &str = "#8250a8";
 
 /// Font of axis titles, tick labels and legends.
-pub(crate) const LABEL: Font = Font {
+pub const LABEL: Font = Font {
     size: 12.0,
     bold: false,
     colour: MUTED,
     anchor: Anchor::Middle,
 };
 /// Stroke of setpoints.
-pub(crate) const SETPOINT: Stroke = Stroke {
+pub const SETPOINT: Stroke = Stroke {
     colour: INK,
     width: 1.3,
     dash: &[6.0, 4.0],
 };
 /// Stroke of a servo's limits.
-pub(crate) const LIMIT: Stroke = Stroke {
+pub const LIMIT: Stroke = Stroke {
     colour: ALARM,
     width: 1.2,
     dash: &[3.0, 3.0],
@@ -54,26 +58,35 @@ const TRACE_PX: f64 = 1.5;
 
 /// A framed area with two axes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Panel {
-    pub(crate) frame: Rect,
-    pub(crate) x: Axis,
-    pub(crate) y: Axis,
+pub struct Panel {
+    /// Place in the drawing.
+    pub frame: Rect,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
 }
 
 /// Symbol of a legend's entry.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Key {
+pub enum Key {
+    /// A line.
     Line(Stroke),
+    /// Dots of this colour.
     Dots(&'static str),
+    /// A band of this colour.
     Band(&'static str),
+    /// A filled area of this colour.
     Area(&'static str),
+    /// A cross.
     Cross(Stroke),
+    /// A ring of this colour.
     Ring(&'static str),
 }
 
 impl Panel {
     /// Draws the frame of a joint's angle over time, above or below the other joint's.
-    pub(crate) fn angle(drawing: &mut Drawing, joint: usize, x: Axis, y: Axis) -> Self {
+    pub fn angle(drawing: &mut Drawing, joint: usize, x: Axis, y: Axis) -> Self {
         let panel = Self {
             frame: Rect::row(78.0 + 270.0 * joint as f64, 224.0),
             x,
@@ -86,7 +99,7 @@ impl Panel {
     }
 
     /// Px of a point.
-    pub(crate) fn at(&self, x: f64, y: f64) -> (f64, f64) {
+    pub fn at(&self, x: f64, y: f64) -> (f64, f64) {
         let Rect { x: left, w, h, .. } = self.frame;
         (
             left + self.x.position(x) * w,
@@ -96,7 +109,7 @@ impl Panel {
 
     /// Grid, frame, tick labels, axis titles; `x_title` none for an axis that
     /// is labelled by a panel below, `y_title` likewise for one beside.
-    pub(crate) fn draw(
+    pub fn draw(
         &self,
         drawing: &mut Drawing,
         title: &str,
@@ -136,7 +149,7 @@ impl Panel {
     }
 
     /// A title above the left end of the frame.
-    pub(crate) fn title(&self, drawing: &mut Drawing, title: &str) {
+    pub fn title(&self, drawing: &mut Drawing, title: &str) {
         let font = Font {
             size: 13.0,
             bold: true,
@@ -147,7 +160,7 @@ impl Panel {
     }
 
     /// A legend above the right end of the frame.
-    pub(crate) fn legend(&self, drawing: &mut Drawing, entries: &[(Key, &str)]) {
+    pub fn legend(&self, drawing: &mut Drawing, entries: &[(Key, &str)]) {
         let font = Font {
             anchor: Anchor::Start,
             ..LABEL
@@ -175,7 +188,7 @@ impl Panel {
     }
 
     /// Draws a curve that may cross itself, with a gap at each value that is not finite.
-    pub(crate) fn trace(
+    pub fn trace(
         &self,
         drawing: &mut Drawing,
         points: impl Iterator<Item = (f64, f64)>,
@@ -188,7 +201,7 @@ impl Panel {
     }
 
     /// A curve, with a gap at each value that is not finite.
-    pub(crate) fn curve(
+    pub fn curve(
         &self,
         drawing: &mut Drawing,
         points: impl Iterator<Item = (f64, f64)>,
@@ -199,14 +212,14 @@ impl Panel {
     }
 
     /// A cross at a point; none outside the frame.
-    pub(crate) fn cross(&self, drawing: &mut Drawing, (x, y): (f64, f64), stroke: Stroke) {
+    pub fn cross(&self, drawing: &mut Drawing, (x, y): (f64, f64), stroke: Stroke) {
         if self.contains((x, y)) {
             drawing.cross(self.at(x, y), stroke);
         }
     }
 
     /// A ring at a point; none outside the frame.
-    pub(crate) fn ring(&self, drawing: &mut Drawing, (x, y): (f64, f64), colour: &'static str) {
+    pub fn ring(&self, drawing: &mut Drawing, (x, y): (f64, f64), colour: &'static str) {
         if self.contains((x, y)) {
             drawing.ring(self.at(x, y), colour);
         }
@@ -218,7 +231,7 @@ impl Panel {
     }
 
     /// A dot for each point.
-    pub(crate) fn dots(
+    pub fn dots(
         &self,
         drawing: &mut Drawing,
         points: impl Iterator<Item = (f64, f64)>,
@@ -229,7 +242,7 @@ impl Panel {
     }
 
     /// A filled area between two corners.
-    pub(crate) fn area(
+    pub fn area(
         &self,
         drawing: &mut Drawing,
         a: (f64, f64),
@@ -248,7 +261,7 @@ impl Panel {
     }
 
     /// A level line over the whole width.
-    pub(crate) fn level(&self, drawing: &mut Drawing, y: f64, stroke: Stroke) {
+    pub fn level(&self, drawing: &mut Drawing, y: f64, stroke: Stroke) {
         let (_, py) = self.at(self.x.low, y);
         self.clipped(drawing, |drawing| {
             drawing.line((self.frame.x, py), (self.frame.right(), py), stroke);

@@ -3,10 +3,10 @@
 use std::process::ExitCode;
 
 use armbridge::config::Config;
-use armbridge_analysis::paper;
-use armbridge_analysis::paper::{Claim, Findings, JsonReport};
 use armbridge_analysis::run_folder::RunFolder;
 use armbridge_client::stdio;
+use armbridge_paper as paper;
+use armbridge_paper::{Claim, Findings, JsonReport};
 
 use super::Outcome;
 use super::interruptible::interruptible;

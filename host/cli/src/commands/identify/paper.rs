@@ -4,12 +4,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use armbridge::config::Config;
-use armbridge_analysis::paper::identification::{self, PaperComparison, SampledExperiment};
 use armbridge_analysis::run_folder::RunFolder;
 use armbridge_client::stdio;
 use armbridge_control::arm::Parameters;
 use armbridge_log::recording::Recording;
 use armbridge_log::text_table;
+use armbridge_paper::identification::{self, PaperComparison, SampledExperiment};
 use clap::Args;
 use serde::Serialize;
 

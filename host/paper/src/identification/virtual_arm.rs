@@ -14,7 +14,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg32;
 
 use super::sampled_experiment::{ExperimentKind, InitialState, SampledExperiment};
-use crate::paper::printed;
+use crate::printed;
 
 /// The paper's period in ns, section 4.
 const PERIOD_NS: u64 = printed::PERIOD_US as u64 * 1000;

@@ -8,7 +8,7 @@ use num_dual::DualSVec64;
 use super::joint_parameters::{COUNT, JointParameters, Unknown};
 use super::motion::simulate;
 use super::sampled_experiment::{ExperimentKind, SampledExperiment};
-use crate::levenberg_marquardt::LeastSquares;
+use armbridge_analysis::levenberg_marquardt::LeastSquares;
 
 /// Components of an initial state: angle and speed.
 const STATES: usize = 2;

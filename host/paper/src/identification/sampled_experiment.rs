@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use crate::paper::printed::PERIOD_S;
+use crate::printed::PERIOD_S;
 
 /// One of the paper's two experiments on joint 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

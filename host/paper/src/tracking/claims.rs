@@ -1,15 +1,13 @@
 //! The paper's claims on tracking, with the numbers and figures that test them.
 
 use super::{DURATION_S, LOST_RAD, OMEGA, SWEEP, TRACKS_RAD, Tracking};
-use crate::paper::JOINT_NAMES;
-use crate::paper::chart::{
-    CORRECTED, Chart, Curve, DIFFERENCE, Figure, MODEL, PLACED, PRINTED, Subplot,
-};
-use crate::paper::claim::{Claim, Number, Rule};
-use crate::paper::computed_torque::{SINE, reference};
-use crate::paper::printed::PERIOD_S;
-use crate::paper::sampled_loop::Run;
-use crate::paper::text::number;
+use crate::JOINT_NAMES;
+use crate::chart::{CORRECTED, Chart, Curve, DIFFERENCE, Figure, MODEL, PLACED, PRINTED, Subplot};
+use crate::claim::{Claim, Number, Rule};
+use crate::computed_torque::{SINE, reference};
+use crate::printed::PERIOD_S;
+use crate::sampled_loop::Run;
+use crate::text::number;
 
 impl Tracking {
     /// The claims about tracking.

@@ -10,13 +10,13 @@ use super::form_check::FormCheck;
 use super::joint_parameters::{JointParameters, Unknown};
 use super::sampled_experiment::{ExperimentKind, SampledExperiment};
 use super::virtual_arm::VirtualArm;
-use crate::paper::printed;
+use crate::printed;
 
 /// Half-width of a 95 % confidence interval in standard errors.
 const INTERVAL: f64 = 1.96;
 /// Dry friction in N m with which a free fall of the arm that the constant input identified
 /// gives the paper's b1 of the free fall; computed by
-/// [`FreeFall`](crate::paper::FreeFall).
+/// [`FreeFall`](crate::FreeFall).
 const COULOMB_NM: f64 = 0.107285;
 /// Duration of the virtual arm's push in s: the table stopped the paper's arm.
 const PUSH_S: f64 = 1.3;

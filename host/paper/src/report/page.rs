@@ -3,10 +3,10 @@
 use maud::{Markup, html};
 
 use super::counts;
-use crate::html::{self, unbroken};
-use crate::paper::chart::Figure;
-use crate::paper::claim::{Claim, Number};
-use crate::paper::text::digits;
+use crate::chart::Figure;
+use crate::claim::{Claim, Number};
+use crate::text::digits;
+use armbridge_analysis::html::{self, unbroken};
 
 const TITLE: &str = "The two-joint arm paper, recomputed";
 

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use super::joint_parameters::{JointParameters, Unknown};
 use super::least_squares::Problem;
 use super::sampled_experiment::{ExperimentKind, SampledExperiment};
-use crate::levenberg_marquardt::{End, Limits, minimise};
+use armbridge_analysis::levenberg_marquardt::{End, Limits, minimise};
 
 /// Condition number above which a combination of parameters is not identifiable: with exact
 /// derivatives, the smallest singular value is then rounding.

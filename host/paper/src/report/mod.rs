@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use armbridge_log::output_file::Existing;
 
 use super::claim::{Claim, Verdict};
-use crate::plot::PlotError;
-use crate::{html, plot};
+use armbridge_analysis::plot::PlotError;
+use armbridge_analysis::{html, plot};
 
 /// Writes the page and its figures into an existing folder; returns the page's path.
 ///

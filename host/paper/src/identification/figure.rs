@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use super::comparison::{FittedExperiment, PaperComparison};
 use super::sampled_experiment::ExperimentKind;
-use crate::plot::axis::Axis;
-use crate::plot::drawing::{Drawing, Rect, Stroke};
-use crate::plot::panel::{ALARM, FRAME, GOOD, JOINT, Key, Panel};
-use crate::plot::{PlotError, titled, write_all};
+use armbridge_analysis::plot::axis::Axis;
+use armbridge_analysis::plot::drawing::{Drawing, Rect, Stroke};
+use armbridge_analysis::plot::panel::{ALARM, FRAME, GOOD, JOINT, Key, Panel};
+use armbridge_analysis::plot::{PlotError, titled, write_all};
 
 /// Name of the figure's files.
 const NAME: &str = "paper-identification";

@@ -25,8 +25,9 @@
 //! theory), `observers`, `computed_torque` (the tracking law), and `printed` (the printed
 //! numbers). The paper shows its measured curves without data: where it compares with its
 //! arm, the simulated arm with dry friction is used instead.
+#![forbid(unsafe_code)]
 
-pub(crate) mod chart;
+mod chart;
 mod claim;
 mod computed_torque;
 mod constant_input;
@@ -38,7 +39,7 @@ pub mod identification;
 mod json;
 mod lqr_observer;
 mod observers;
-pub(crate) mod printed;
+mod printed;
 mod pwm;
 mod regulation;
 mod report;

@@ -1,9 +1,9 @@
 //! Figures of the report: subplots with curves, drawn with the modules of `plot`.
 
-use crate::plot::axis::{Axis, Scale};
-use crate::plot::drawing::{Anchor, Drawing, Font, Rect, Stroke};
-use crate::plot::panel::{ALARM, FOURTH, GOOD, INK, JOINT, Key, Panel};
-use crate::plot::titled;
+use armbridge_analysis::plot::axis::{Axis, Scale};
+use armbridge_analysis::plot::drawing::{Anchor, Drawing, Font, Rect, Stroke};
+use armbridge_analysis::plot::panel::{ALARM, FOURTH, GOOD, INK, JOINT, Key, Panel};
+use armbridge_analysis::plot::titled;
 
 /// Stroke of the paper's values or its model.
 pub(crate) const MODEL: Stroke = Stroke {
