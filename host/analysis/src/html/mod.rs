@@ -63,6 +63,9 @@ pub fn document(title: &str, style: &str, body: &Markup) -> String {
 pub const PAGE_NAME: &str = "report.html";
 
 /// Writes a page into an existing folder; returns its path.
+///
+/// # Errors
+/// [`PlotError`] of the file that cannot be written.
 pub fn write(folder: &Path, page: &str, existing: Existing) -> Result<PathBuf, PlotError> {
     plot::write(&folder.join(PAGE_NAME), page.as_bytes(), existing)
 }

@@ -250,6 +250,9 @@ pub fn draw(
 }
 
 /// Writes named drawings into a folder, as SVG and PNG; files that exist are kept.
+///
+/// # Errors
+/// [`PlotError`] of the file that cannot be written.
 pub fn write_all<N: AsRef<str>>(
     folder: &Path,
     figures: impl IntoIterator<Item = (N, Drawing)>,
