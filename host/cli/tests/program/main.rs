@@ -20,6 +20,7 @@ mod pages;
 mod program;
 mod readme;
 mod refusals;
+mod replay;
 mod run;
 mod scenarios;
 mod servo_bus;

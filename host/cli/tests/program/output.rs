@@ -4,7 +4,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use armbridge_log::recording::Reader;
 use serde_json::Value;
 
 use crate::program::{Program, names, stderr, text};
@@ -14,7 +13,7 @@ const SHORT: &str = "title = \"short\"\n[[step]]\nat_s = 0\nregulate_rad = [0, 0
                      [stop]\nafter_s = 0.5\n";
 
 /// A short run; its folder.
-fn records(program: &Program) -> PathBuf {
+pub(super) fn records(program: &Program) -> PathBuf {
     fs::write(program.path("short.toml"), SHORT).unwrap();
     program.prints(&["run", "short.toml", "--quiet"]);
     let mut folders = names(&program.path("runs"));
@@ -202,60 +201,6 @@ fn a_log_is_printed_or_has_the_ending_of_its_format() {
     program.prints(&["export", "csv", "--out", "a.txt"]);
     let bitmap = ["design", "--plot", "x.bmp"];
     program.refuses(&bitmap, &["ending in .svg or .png"]);
-}
-
-#[test]
-fn a_replay_begins_at_the_snapshot_before_a_time() {
-    let program = Program::new("output-from");
-    program.prints(&["run", "demo", "--quiet"]);
-    let replay = |from: &[&str]| -> Value {
-        let arguments = [&["replay", "--json"], from].concat();
-        serde_json::from_str(&program.prints(&arguments)).unwrap()
-    };
-    let whole = replay(&[]);
-    assert_eq!(whole["verdict"], "equal");
-    let last_s = whole["span_s"].as_f64().unwrap();
-    for from_s in [2.5, last_s - 0.5] {
-        let part = replay(&["--from", &from_s.to_string()]);
-        assert_eq!(part["verdict"], "equal", "{part}");
-        // The whole has ticks of bring-up before the first second, and none is left out.
-        let records = part["records"].as_f64().unwrap();
-        let expected = 1_000.0 * (last_s - from_s);
-        assert!((expected..expected + 1_200.0).contains(&records), "{part}");
-        assert_eq!(part["compared"], part["records"], "{part}");
-    }
-    program.refuses(
-        &["replay", "--from", "0.01"],
-        &["no snapshot before 0.01 s"],
-    );
-    program.refuses(&["replay", "--from", "-1"], &["0 or later"]);
-}
-
-#[test]
-fn a_log_of_another_version_names_that_version() {
-    let program = Program::new("output-version");
-    let log = records(&program).join("run.mcap");
-    let mut bytes = fs::read(&log).unwrap();
-    let reader = Reader::open(&log).unwrap();
-    let schema = reader.metadata()["build"]["schema"].as_bytes();
-    let places: Vec<_> = (bytes.windows(schema.len()).enumerate())
-        .filter(|(_, window)| *window == schema)
-        .map(|(at, _)| at)
-        .collect();
-    for at in places {
-        bytes[at..at + schema.len()].fill(b'0');
-    }
-    fs::write(program.path("other.mcap"), bytes).unwrap();
-    program.refuses(
-        &["replay", "other.mcap"],
-        &["was written by version", "with that version only"],
-    );
-    // Its ticks can still be read.
-    assert!(
-        program
-            .prints(&["info", "other.mcap"])
-            .contains("another version")
-    );
 }
 
 #[test]
