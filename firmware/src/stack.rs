@@ -9,8 +9,7 @@ use armbridge_link::message::Stack;
 /// Pattern that is unlikely in memory: no small number, no address of this program.
 pub const PAINT: u32 = 0xC5C5_A3A3;
 
-/// Interval of [`Watch`] in µs: it reads the whole free part, 8 of the 18 kB with some
-/// 12,000 instructions.
+/// Interval of [`Watch`] in µs: it reads the whole free part, 6 of the 18 kB.
 const INTERVAL_US: u64 = 1_000_000;
 
 /// Bytes of a stack, given from its end upwards, that are no longer painted.

@@ -2,7 +2,10 @@
 //! the arm is held, and what the processor decided is what this program decides.
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
-use armbridge_link::message::{Command, Drive, Setup};
+use armbridge_control::experiment::Signal;
+use armbridge_link::experiment::{Experiment, Role};
+use armbridge_link::message::{Command, Drive, Limits, Setup, ToBoard};
+use armbridge_link::motion::Motion;
 use armbridge_servo::Firmware;
 use armbridge_sim::Bench;
 use armbridge_sim::plant::Plant;
@@ -11,7 +14,7 @@ use armbridge_stm32_emulator::system::BusFaults;
 use armbridge_stm32_emulator::time::Time;
 use armbridge_tests::board_image::BoardRun;
 use armbridge_tests::plant;
-use armbridge_tests::tapped_bench::{ScriptedHost, assert_all_equal, replay};
+use armbridge_tests::tapped_bench::{Action, ScriptedHost, assert_all_equal, replay};
 
 use super::{TestBoard, us};
 
@@ -90,6 +93,51 @@ fn an_armed_millisecond_costs_no_more_than_stated(board: TestBoard) {
     assert!(per_ms <= ARMED_MAX, "{per_ms}");
 }
 
+/// Settings, motions, experiments of which one replaces another, and saves: the commands with the
+/// deepest calls in the tick and in thread mode.
+fn the_stack_has_room_for_every_command(board: TestBoard) {
+    let hold = |torque_nm| {
+        Command::Experiment(Experiment {
+            roles: [Role::Hold, Role::Torque(Signal::Constant(torque_nm))],
+            duration_s: 0.5,
+            angle_rad: [[-0.8, 0.8]; 2],
+            speed_rad_s: [2.0; 2],
+        })
+    };
+    let motion = Motion::MinimumJerk {
+        to_rad: [0.2, -0.2],
+        duration_s: Some(1.0),
+    };
+    let commands = [
+        (100, Command::Configure(Setup::best())),
+        (150, Command::Limit(Limits::default())),
+        (200, Command::Save),
+        (300, Command::Arm { session: 0 }),
+        (400, Command::Regulate([0.0, 0.0])),
+        (500, Command::Follow(motion)),
+        (2_000, hold(0.02)),
+        (2_200, hold(0.03)),
+        (2_800, Command::Idle),
+        (2_900, Command::Save),
+    ];
+    let commands = commands.map(|(at_ms, command)| (at_ms * 1_000, Action::Command(command)));
+    let first = (0, Action::Message(ToBoard::Heartbeat));
+    let host = ScriptedHost::new([first].into_iter().chain(commands), 5_000_000);
+    let mut run = board.with(host).powered_up();
+    run.run_until(8_000, |run| armbridge_client::Host::is_done(&run.host));
+    let drives: Vec<_> = run
+        .records()
+        .filter_map(|record| record.mode.drive())
+        .collect();
+    for drive in [Drive::Regulate, Drive::Track, Drive::Experiment] {
+        assert!(drives.contains(&drive), "{drive:?}");
+    }
+    let stack = run.report().unwrap().stack.unwrap();
+    println!("{} of {} bytes of stack", stack.used, stack.size);
+    // More than what handlers above the tick take, 0.8 kB (`memory.x`).
+    assert!(stack.used + 2_048 <= stack.size, "{stack:?}");
+}
+
 fn stock_servos_are_found_and_polled(board: TestBoard) {
     let kinds = [1, 2].map(|id| ServoKind::new(Firmware::Stock, id, 1_000_000).unwrap());
     let bench = Bench::with_servos(Plant::new(plant([0.02, -0.02], true), 1), &kinds);
@@ -110,5 +158,6 @@ fn stock_servos_are_found_and_polled(board: TestBoard) {
 on_each_board! {
     the_arm_is_held_upright_as_the_bench_would,
     an_armed_millisecond_costs_no_more_than_stated,
+    the_stack_has_room_for_every_command,
     stock_servos_are_found_and_polled,
 }

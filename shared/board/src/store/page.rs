@@ -81,7 +81,7 @@ impl<F: NorFlash> by_future::NorFlash for NoErase<'_, F> {
     }
 }
 
-/// Bytes of a page that are used at most: a save reads all of them six times at most,
+/// Bytes of a page that are used at most: a save reads three times as many at most,
 /// and a host that waits for its answer asks again after 25 ms.
 const LOG_MAX: u32 = 16 * 1_024;
 
