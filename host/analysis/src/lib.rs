@@ -1,20 +1,20 @@
 //! Runs and their analysis: scenarios, plan execution, plots, controller analysis and
 //! identification of an arm.
 //!
-//! | module          | contents                                                     |
-//! |-----------------|--------------------------------------------------------------|
-//! | [`scenario`]    | files that describe a run                                    |
-//! | [`plan_runner`] | a host that performs a plan step by step                     |
-//! | [`run`]         | a run from its plan to its folder                            |
-//! | [`run_page`]    | the page of a run: moving arm, curves, events                |
-//! | [`run_folder`]  | the folder of a run                                          |
-//! | [`monte_carlo`] | runs on many virtual arms, evaluated with the true arm       |
-//! | [`sweep`]       | a scenario with every combination of several values          |
-//! | [`plot`]        | plots of a run                                               |
-//! | [`design`]      | a set-up's gain, poles, margins and step response            |
-//! | [`identify`]    | identification of an arm's model from logs                   |
-//! | [`levenberg_marquardt`] | least squares of functions that are not linear       |
-//! | [`html`]        | parts of pages                                               |
+//! | module                  | contents                                                     |
+//! |-------------------------|--------------------------------------------------------------|
+//! | [`scenario`]            | files that describe a run                                    |
+//! | [`plan_runner`]         | a host that performs a plan step by step                     |
+//! | [`run`]                 | a run from its plan to its folder                            |
+//! | [`run_page`]            | the page of a run: moving arm, curves, events                |
+//! | [`run_folder`]          | the folder of a run                                          |
+//! | [`monte_carlo`]         | runs on many virtual arms, evaluated with the true arm       |
+//! | [`sweep`]               | a scenario with every combination of several values          |
+//! | [`plot`]                | plots of a run                                               |
+//! | [`design`]              | a set-up's gain, poles, margins and step response            |
+//! | [`identify`]            | identification of an arm's model from logs                   |
+//! | [`levenberg_marquardt`] | least squares of functions that are not linear               |
+//! | [`html`]                | parts of pages                                               |
 #![forbid(unsafe_code)]
 
 pub mod design;

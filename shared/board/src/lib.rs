@@ -45,7 +45,7 @@
 //! | [`sequencer`]    | uses of the servo bus, in the order of their urgency |
 //! | [`bridge`]       | these three and the link combined                   |
 //! | [`store`]        | settings in flash                                   |
-//! | [`checkpoints`]   | evidence for the watchdog                           |
+//! | [`checkpoints`]  | evidence for the watchdog                           |
 //! | [`lockstep`]     | virtual time for an emulated board                  |
 //!
 //! Begin with [`control_loop`] for control alone, and with [`bridge::Bridge`] for a board.

@@ -1,9 +1,8 @@
 //! Any record is read back from the table.
 
 use armbridge_client::enum_names;
-use armbridge_link::message::Fault;
 use armbridge_link::message::{
-    Drive, Guards, Missing, Mode, Record, Sample, TickInput, TickOutput, Timing,
+    Drive, Fault, Guards, Missing, Mode, Record, Sample, TickInput, TickOutput, Timing,
 };
 use armbridge_log::simulation::TrueState;
 use armbridge_log::{CsvWriter, recording};

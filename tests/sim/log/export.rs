@@ -5,7 +5,6 @@
 //! from the records; `tests/python/columns.py` reads both with pyarrow, polars, `SciPy` and
 //! Python's own csv, and compares.
 
-use armbridge_link::message::Fault;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -13,7 +12,7 @@ use armbridge_analysis::monte_carlo::Trial;
 use armbridge_analysis::plan_runner::Script;
 use armbridge_client::enum_names;
 use armbridge_link::message::{
-    Guards, Mode, Record, Sample, Settings, Setup, TickInput, TickOutput,
+    Fault, Guards, Mode, Record, Sample, Settings, Setup, TickInput, TickOutput,
 };
 use armbridge_log::export::column::{self, Quantity, Values};
 use armbridge_log::export::{self, About, Format};

@@ -39,7 +39,7 @@ pub fn page(title: &str, contents: &Markup) -> String {
 
 /// HTML text of a document with a style of its own beside that of all pages. Its security
 /// policy forbids the network, and all scripts but those in the page.
-pub fn document(title: &str, style: &str, body: &Markup) -> String {
+pub(crate) fn document(title: &str, style: &str, body: &Markup) -> String {
     const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; \
                           script-src 'unsafe-inline'; img-src data:; base-uri 'none'; \
                           form-action 'none'";

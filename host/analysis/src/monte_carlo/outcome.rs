@@ -1,8 +1,7 @@
 //! Performance figures of a run, computed from the true arm.
 
 use armbridge_client::enum_names;
-use armbridge_link::message::Fault;
-use armbridge_link::message::{Record, Sample};
+use armbridge_link::message::{Fault, Record, Sample};
 use armbridge_log::summary::SETTLED_RAD;
 use armbridge_servo::{JOINTS, Pwm};
 use serde::Serialize;

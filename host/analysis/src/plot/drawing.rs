@@ -161,7 +161,7 @@ impl Drawing {
     }
 
     /// A filled rectangle.
-    pub fn rect(&mut self, area: Rect, fill: &'static str, opacity: f64) {
+    pub(crate) fn rect(&mut self, area: Rect, fill: &'static str, opacity: f64) {
         self.shapes.push(Shape::Rect {
             area,
             fill,
@@ -175,7 +175,7 @@ impl Drawing {
     }
 
     /// Pieces of a curve, with gaps between them.
-    pub fn polyline(&mut self, pieces: Vec<Vec<(f64, f64)>>, stroke: Stroke) {
+    pub(crate) fn polyline(&mut self, pieces: Vec<Vec<(f64, f64)>>, stroke: Stroke) {
         self.shapes.push(Shape::Polyline { pieces, stroke });
     }
 
@@ -189,7 +189,7 @@ impl Drawing {
     }
 
     /// An upright cross.
-    pub fn cross(&mut self, (x, y): (f64, f64), stroke: Stroke) {
+    pub(crate) fn cross(&mut self, (x, y): (f64, f64), stroke: Stroke) {
         const ARM: f64 = 7.0;
         let arms = vec![
             vec![(x - ARM, y), (x + ARM, y)],
@@ -199,7 +199,7 @@ impl Drawing {
     }
 
     /// A small ring, white inside.
-    pub fn ring(&mut self, centre: (f64, f64), colour: &'static str) {
+    pub(crate) fn ring(&mut self, centre: (f64, f64), colour: &'static str) {
         self.shapes.push(Shape::Ring { centre, colour });
     }
 
@@ -227,12 +227,12 @@ impl Drawing {
 
     /// Limits the shapes up to [`end_clip`](Self::end_clip) to a rectangle. Clips do not
     /// nest.
-    pub fn begin_clip(&mut self, area: Rect) {
+    pub(crate) fn begin_clip(&mut self, area: Rect) {
         self.shapes.push(Shape::BeginClip(area));
     }
 
     /// Ends the clip.
-    pub fn end_clip(&mut self) {
+    pub(crate) fn end_clip(&mut self) {
         self.shapes.push(Shape::EndClip);
     }
 }

@@ -10,7 +10,7 @@ use super::trace::Trace;
 /// Colours of text and frames, from dark to light.
 pub const INK: &str = "#1f2933";
 /// Secondary text.
-pub const MUTED: &str = "#5f6c7b";
+pub(crate) const MUTED: &str = "#5f6c7b";
 /// Frames and axes.
 pub const FRAME: &str = "#aab4bf";
 /// Grid lines.
@@ -18,7 +18,7 @@ pub const GRID: &str = "#e9edf1";
 /// Colour of each joint, and its light tint for samples.
 pub const JOINT: [&str; 2] = ["#1769aa", "#c8561b"];
 /// Areas and bands of the two joints.
-pub const JOINT_TINT: [&str; 2] = ["#9cc3e3", "#f0b996"];
+pub(crate) const JOINT_TINT: [&str; 2] = ["#9cc3e3", "#f0b996"];
 /// Colour of limits, faults and missing data.
 pub const ALARM: &str = "#b4232f";
 /// Colour of intervals without records.
@@ -30,20 +30,20 @@ pub const GOOD: &str = "#2a9d6a";
 pub const FOURTH: &str = "#8250a8";
 
 /// Font of axis titles, tick labels and legends.
-pub const LABEL: Font = Font {
+pub(crate) const LABEL: Font = Font {
     size: 12.0,
     bold: false,
     colour: MUTED,
     anchor: Anchor::Middle,
 };
 /// Stroke of setpoints.
-pub const SETPOINT: Stroke = Stroke {
+pub(crate) const SETPOINT: Stroke = Stroke {
     colour: INK,
     width: 1.3,
     dash: &[6.0, 4.0],
 };
 /// Stroke of a servo's limits.
-pub const LIMIT: Stroke = Stroke {
+pub(crate) const LIMIT: Stroke = Stroke {
     colour: ALARM,
     width: 1.2,
     dash: &[3.0, 3.0],
@@ -212,14 +212,14 @@ impl Panel {
     }
 
     /// A cross at a point; none outside the frame.
-    pub fn cross(&self, drawing: &mut Drawing, (x, y): (f64, f64), stroke: Stroke) {
+    pub(crate) fn cross(&self, drawing: &mut Drawing, (x, y): (f64, f64), stroke: Stroke) {
         if self.contains((x, y)) {
             drawing.cross(self.at(x, y), stroke);
         }
     }
 
     /// A ring at a point; none outside the frame.
-    pub fn ring(&self, drawing: &mut Drawing, (x, y): (f64, f64), colour: &'static str) {
+    pub(crate) fn ring(&self, drawing: &mut Drawing, (x, y): (f64, f64), colour: &'static str) {
         if self.contains((x, y)) {
             drawing.ring(self.at(x, y), colour);
         }
@@ -242,7 +242,7 @@ impl Panel {
     }
 
     /// A filled area between two corners.
-    pub fn area(
+    pub(crate) fn area(
         &self,
         drawing: &mut Drawing,
         a: (f64, f64),

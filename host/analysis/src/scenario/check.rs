@@ -1,14 +1,13 @@
 //! Conversion of a scenario file to a plan, with all checks that are possible before
 //! anything moves.
 
-use armbridge_link::message::Fault;
 use std::path::Path;
 
 use armbridge_board::bridge::SERVO_IDS;
 use armbridge_client::params;
 use armbridge_client::toml_file::DocumentError;
 use armbridge_control::arm::State;
-use armbridge_link::message::Settings;
+use armbridge_link::message::{Fault, Settings};
 use armbridge_servo::{Firmware, JOINTS};
 use armbridge_sim::plant::{BuiltinPlant, KeyConflict, PlantConfig, PlantError, PlantFile, Push};
 use armbridge_sim::servo_kind::ServoKind;

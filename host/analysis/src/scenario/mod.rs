@@ -67,12 +67,11 @@ pub use file::{EndName, Expect};
 pub use keys::KEYS;
 pub use preview::{JointPreview, Preview, ReferencePoint, Stage};
 
-use armbridge_link::message::Fault;
 use std::path::{Path, PathBuf};
 
 use armbridge_client::params;
 use armbridge_client::toml_file::{self, DocumentError};
-use armbridge_link::message::Settings;
+use armbridge_link::message::{Fault, Settings};
 use armbridge_log::run_info::RunFacts;
 use armbridge_servo::JOINTS;
 use armbridge_sim::Bench;

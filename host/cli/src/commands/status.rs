@@ -1,6 +1,5 @@
 //! `armbridge status`: board, servo and link status.
 
-use armbridge_link::message::Fault;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -12,7 +11,7 @@ use armbridge_client::image_list::{ImageList, ImageListError};
 use armbridge_client::status::FoundServos;
 use armbridge_client::stdio::Stdout;
 use armbridge_client::{enum_names, fault_text};
-use armbridge_link::message::{BoardReport, End, SettingsFrom, SettingsGroups};
+use armbridge_link::message::{BoardReport, End, Fault, SettingsFrom, SettingsGroups};
 use armbridge_link::server::LinkRole;
 use armbridge_log::text_table;
 use armbridge_servo::{Firmware, JOINTS};

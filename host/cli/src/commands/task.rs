@@ -1,11 +1,11 @@
 //! Runs a task on a link, for commands that do one thing.
 
-use armbridge_link::message::Fault;
 use std::process::ExitCode;
 
 use armbridge::board_tasks::{Task, TaskHost};
 use armbridge::config::Config;
 use armbridge_client::{LinkError, ctrl_c, enum_names, stdio};
+use armbridge_link::message::Fault;
 use armbridge_sim::link::{BoardUri, Options, Pace, drive};
 use serde_json::json;
 

@@ -5,12 +5,11 @@
 //! [`Record`] or of the [`TrueState`], to the bit. An enum or a set of bits is a word: an index
 //! into a list of [`Words`], whose first is empty for no value.
 
-use armbridge_link::message::Fault;
 use std::fmt::Write as _;
 
 use armbridge_client::enum_names;
 use armbridge_client::simulation::TrueState;
-use armbridge_link::message::{Guards, Record};
+use armbridge_link::message::{Fault, Guards, Record};
 
 /// A quantity of every tick.
 #[derive(Clone, Copy, Debug)]

@@ -87,8 +87,8 @@ impl<B: Bus> Bridge<'_, B> {
 
     /// Carries out the core's actions on the bus, and notifies the host.
     pub(super) fn apply_core_actions(&mut self) {
-        if self.transparent_port.has_relayed() && self.core.state() != State::Passthrough {
-            self.transparent_port.end_relay();
+        if self.port.has_relayed() && self.core.state() != State::Passthrough {
+            self.port.end_relay();
         }
         if self.core.has_actions() {
             self.take_core_actions();

@@ -30,18 +30,18 @@
 //! hellos and commands, passes the supervisor's permission to the sequencer, and then
 //! advances the sequencer: no use of the bus outlasts its permission.
 //!
-//! | module         | content                                                 |
-//! |----------------|---------------------------------------------------------|
-//! | `app_core`     | supervisor and control loop, without bus and queues     |
-//! | [`command`]    | commands of the host, validated                         |
-//! | `requests`     | requests of the host, in the tick                       |
-//! | `bus_events`   | events of the bus, and actions of the core              |
-//! | `temperature`  | temperatures of the servos, and their limits            |
-//! | `link_port`    | the board's end of the control link                     |
-//! | [`transparent_port`]    | the transparent port                                    |
-//! | [`supply`]     | permission of the servos' supply                        |
-//! | `channels`     | queues between tick and thread mode                     |
-//! | `signals`      | signals of the host to the tick                         |
+//! | module               | content                                                 |
+//! |----------------------|---------------------------------------------------------|
+//! | `app_core`           | supervisor and control loop, without bus and queues     |
+//! | [`command`]          | commands of the host, validated                         |
+//! | `requests`           | requests of the host, in the tick                       |
+//! | `bus_events`         | events of the bus, and actions of the core              |
+//! | `temperature`        | temperatures of the servos, and their limits            |
+//! | `link_port`          | the board's end of the control link                     |
+//! | [`transparent_port`] | the serial port for clients of the bus                  |
+//! | [`supply`]           | permission of the servos' supply                        |
+//! | `channels`           | queues between tick and thread mode                     |
+//! | `signals`            | signals of the host to the tick                         |
 
 mod app_core;
 mod bus_events;
@@ -98,7 +98,7 @@ pub struct Bridge<'a, B> {
     sequencer: BusSequencer<B>,
     end: BridgeEnd<'a>,
     core: Core,
-    transparent_port: TransparentPort,
+    port: TransparentPort,
     supply: Supply,
     /// Samples of the last tick.
     sampled: TickSamples,
@@ -125,7 +125,7 @@ impl<'a, B: Bus> Bridge<'a, B> {
             core: Core::new(&LoopConfig::build(settings)?, now_us),
             sequencer: BusSequencer::new(bus, SERVO_IDS, now_us),
             end,
-            transparent_port: TransparentPort::default(),
+            port: TransparentPort::default(),
             supply: Supply::new(now_us),
             sampled: TickSamples::NONE,
             temperatures: Temperatures::default(),
@@ -246,7 +246,7 @@ impl<'a, B: Bus> Bridge<'a, B> {
     fn begin_tick(&mut self) {
         let least_us = self.sequencer.least_period_us();
         // A waiting client gets the margin.
-        let available_us = if self.transparent_port.is_waiting() {
+        let available_us = if self.port.is_waiting() {
             least_us
         } else {
             self.core.period_us(least_us)

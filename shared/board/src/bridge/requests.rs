@@ -77,10 +77,11 @@ impl<B: Bus> Bridge<'_, B> {
     #[inline(never)]
     fn take_command(&mut self, request: &HostRequest) {
         let HostRequest {
-            sequence, command, ..
-        } = request;
-        let sequence = *sequence;
-        self.transparent_port.claim(self.core.now_us());
+            sequence,
+            ref command,
+            ..
+        } = *request;
+        self.port.claim(self.core.now_us());
         let moment = self.core.moment();
         let notification = if matches!(command, ValidatedCommand::StartPoint) {
             self.core.start_point().map_or_else(

@@ -133,7 +133,7 @@ pub(crate) struct Core {
     start_us: u64,
     timing: Timing,
     overruns_in_row: u8,
-    /// Token of the last decided tick.
+    /// Checkpoints of the last decided tick.
     checkpoints: Checkpoints,
     bus_action: Option<BusAction>,
     has_new_trip: bool,

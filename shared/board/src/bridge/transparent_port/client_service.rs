@@ -22,7 +22,7 @@ impl<B: Bus> Bridge<'_, B> {
     /// Takes the client's bytes, and decides whether it gets or keeps the bus. Most polls find
     /// no client.
     pub(in crate::bridge) fn poll_client(&mut self) {
-        let is_quiet = self.end.client.is_empty() && self.transparent_port.is_quiet();
+        let is_quiet = self.end.client.is_empty() && self.port.is_quiet();
         if !is_quiet || self.core.state() == State::Passthrough {
             self.serve_port();
         }
@@ -31,24 +31,24 @@ impl<B: Bus> Bridge<'_, B> {
     #[inline(never)]
     fn serve_port(&mut self) {
         let now_us = self.core.now_us();
-        let transparent_port = &mut self.transparent_port;
-        while transparent_port.waiting.is_none()
+        let port = &mut self.port;
+        while port.waiting.is_none()
             && let Some(byte) = self.end.client.receive()
         {
-            transparent_port.waiting = transparent_port.framer.push(byte, now_us);
+            port.waiting = port.framer.push(byte, now_us);
         }
-        if transparent_port.waiting.is_none() {
-            transparent_port.waiting = transparent_port.framer.expire(now_us);
+        if port.waiting.is_none() {
+            port.waiting = port.framer.expire(now_us);
         }
-        transparent_port.counters.halves = transparent_port.framer.truncated();
+        port.counters.halves = port.framer.truncated();
         let ClientLine { is_open, .. } = self.end.client.line();
-        let is_waiting = transparent_port.waiting.is_some();
+        let is_waiting = port.waiting.is_some();
         if self.core.state() == State::Passthrough {
-            transparent_port.was_open |= is_open;
-            let is_closed = transparent_port.was_open && !is_open && !is_waiting;
+            port.was_open |= is_open;
+            let is_closed = port.was_open && !is_open && !is_waiting;
             let is_silent = self.client_silent_at_us().is_some_and(|at| now_us >= at);
             if is_silent {
-                let ended = &mut self.transparent_port.counters.ended;
+                let ended = &mut self.port.counters.ended;
                 *ended = ended.wrapping_add(1);
             }
             if is_closed || is_silent {
@@ -56,7 +56,7 @@ impl<B: Bus> Bridge<'_, B> {
                 let _ = self.apply(Event::ClientLeft);
             }
         } else if is_waiting
-            && now_us >= transparent_port.claimed_until_us
+            && now_us >= port.claimed_until_us
             // The stop sequence precedes any packet of a client.
             && self.sequencer.state() != BusState::Search(SearchStep::Stop)
             && !self.sequencer.is_stopping()
@@ -68,7 +68,7 @@ impl<B: Bus> Bridge<'_, B> {
 
     /// Latest time of the next poll for the client.
     pub(in crate::bridge) fn client_wake_us(&self) -> u64 {
-        let framer = self.transparent_port.framer.wake_at_us();
+        let framer = self.port.framer.wake_at_us();
         let silent = self.client_silent_at_us();
         [framer, silent]
             .into_iter()
@@ -86,36 +86,36 @@ impl<B: Bus> Bridge<'_, B> {
 
     /// Sends the client's next query between ticks, if it fits.
     pub(in crate::bridge) fn serve_client(&mut self, tick_due_us: u64) {
-        if self.transparent_port.pending.is_none() {
+        if self.port.pending.is_none() {
             self.apply_policy();
         }
         let now_us = self.core.now_us();
-        let Some(pending) = &mut self.transparent_port.pending else {
+        let Some(pending) = &mut self.port.pending else {
             return;
         };
-        if now_us.saturating_sub(self.transparent_port.since_us) > REQUEST_TIMEOUT_US {
-            self.transparent_port.pending = None;
-            self.transparent_port.count(false);
+        if now_us.saturating_sub(self.port.since_us) > REQUEST_TIMEOUT_US {
+            self.port.pending = None;
+            self.port.count(false);
             return;
         }
         let budget = self.sequencer.time_budget(pending.servo(), tick_due_us);
         let Some(query) = budget.and_then(|budget| pending.next(budget)) else {
-            self.transparent_port.has_waited = true;
+            self.port.has_waited = true;
             return;
         };
-        self.transparent_port.since_us = now_us;
-        self.transparent_port.tries += 1;
+        self.port.since_us = now_us;
+        self.port.tries += 1;
         self.sequencer.request_for_client(query, tick_due_us);
     }
 
     /// Applies the policy to the waiting packet.
     fn apply_policy(&mut self) {
-        let Some(kind) = self.transparent_port.waiting.take() else {
+        let Some(kind) = self.port.waiting.take() else {
             return;
         };
-        let frame = self.transparent_port.framer.frame(kind);
+        let frame = self.port.framer.frame(kind);
         let Some(request) = frame.request() else {
-            self.transparent_port.count(false);
+            self.port.count(false);
             return;
         };
         let samples = self.sampled.samples.map(Sample::counts);
@@ -126,55 +126,55 @@ impl<B: Bus> Bridge<'_, B> {
                 let budget = self
                     .sequencer
                     .spare_budget(pending.servo(), period_us, exchange_us);
-                self.transparent_port.since_us = self.core.now_us();
-                self.transparent_port.tries = 0;
+                self.port.since_us = self.core.now_us();
+                self.port.tries = 0;
                 if pending.can_complete(budget) {
-                    self.transparent_port.pending = Some(pending);
+                    self.port.pending = Some(pending);
                 } else {
                     // A servo that may be absent gives no answer.
                     if SERVO_IDS.iter().any(|ours| ours.get() == pending.servo()) {
                         self.send_to_client(&pending.refusal());
                     }
-                    self.transparent_port.count(false);
+                    self.port.count(false);
                 }
             }
             Verdict::Answer(bytes) => {
                 self.send_to_client(&bytes);
-                self.transparent_port.count(true);
+                self.port.count(true);
             }
             Verdict::Refuse(bytes) => {
                 self.send_to_client(&bytes);
-                self.transparent_port.count(false);
+                self.port.count(false);
             }
         }
     }
 
     /// Takes the servo's answer to the client's request, or its absence.
     pub(in crate::bridge) fn finish_client(&mut self) {
-        let Some(pending) = &mut self.transparent_port.pending else {
+        let Some(pending) = &mut self.port.pending else {
             return;
         };
         let reply = self.sequencer.reply();
         let reply = reply.map(|payload| (payload.alarms.bits(), payload.data.as_slice()));
         match pending.take_reply(reply) {
             Answered::More => {
-                self.transparent_port.tries = 0;
+                self.port.tries = 0;
                 return;
             }
             Answered::Done(bytes) => self.send_to_client(&bytes),
             // A servo that has just sent may still not receive: repeated.
-            Answered::Silent if self.transparent_port.tries < TRIES => return,
+            Answered::Silent if self.port.tries < TRIES => return,
             // A silent servo gives no answer, and neither does the board.
             Answered::Silent => {}
         }
-        self.transparent_port.pending = None;
-        self.transparent_port.count(true);
+        self.port.pending = None;
+        self.port.count(true);
     }
 
     fn send_to_client(&mut self, bytes: &[u8]) {
         for byte in bytes {
             if !self.end.client.send(*byte) {
-                let lost = &mut self.transparent_port.counters.lost;
+                let lost = &mut self.port.counters.lost;
                 *lost = lost.wrapping_add(1);
             }
         }
@@ -182,14 +182,14 @@ impl<B: Bus> Bridge<'_, B> {
 
     fn report_port(&mut self) {
         let now_us = self.core.now_us();
-        let transparent_port = &mut self.transparent_port;
-        let is_due = now_us.saturating_sub(transparent_port.reported_us) >= REPORT_US;
-        if is_due && transparent_port.counters != transparent_port.reported {
-            transparent_port.reported_us = now_us;
+        let port = &mut self.port;
+        let is_due = now_us.saturating_sub(port.reported_us) >= REPORT_US;
+        if is_due && port.counters != port.reported {
+            port.reported_us = now_us;
             // Lost if the host does not fetch it: the next one has the same counts.
-            let notification = Notification::Port(transparent_port.counters);
+            let notification = Notification::Port(port.counters);
             if self.end.notifications.enqueue(notification).is_ok() {
-                transparent_port.reported = transparent_port.counters;
+                port.reported = port.counters;
             }
         }
     }
