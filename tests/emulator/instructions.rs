@@ -12,7 +12,7 @@ fn root() -> PathBuf {
 /// What the image prints under QEMU, one virtual ns an instruction.
 fn printed() -> String {
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or(root().join("target"), PathBuf::from);
-    let image = target.join("thumbv7em-none-eabihf/firmware/instructions");
+    let image = target.join("thumbv7em-none-eabihf/firmware/instruction-count");
     let output = Command::new("qemu-system-arm")
         .args(["-machine", "mps2-an386", "-display", "none"])
         .args(["-monitor", "none", "-serial", "none"])

@@ -9,7 +9,7 @@ use crate::{mps2, trace};
 fn image() -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or(root.join("target"), PathBuf::from);
-    target.join("thumbv7em-none-eabihf/firmware/instructions")
+    target.join("thumbv7em-none-eabihf/firmware/instruction-count")
 }
 
 fn read(path: &Path) -> Vec<u8> {
