@@ -8,9 +8,9 @@
 //! The supervisor permits to drive the motors, and the control loop obeys it in each tick:
 //!
 //! ```
-//! use armbridge_board::control_loop::{ControlLoop, DriveRequest, Instant, LoopConfig};
 //! use armbridge_board::checkpoints::Checkpoints;
 //! use armbridge_board::supervisor::{Event, Supervisor};
+//! use armbridge_board::tick::{ControlLoop, DriveRequest, Instant, LoopConfig, step};
 //! use armbridge_link::message::{Sample, Settings};
 //! use armbridge_link::record::TickInput;
 //!
@@ -22,7 +22,7 @@
 //!     let samples = [Sample::Counts(530), Sample::Counts(500)];
 //!     let permission = supervisor.permission();
 //!     let input = TickInput { samples, permission, ..TickInput::AT_REST };
-//!     control.step(&config, &input, &mut Checkpoints::default()).pwm
+//!     step(&config, &mut control, &input, &mut Checkpoints::default()).pwm
 //! };
 //!
 //! assert_eq!(tick(&supervisor), [1000; 2]);
@@ -40,7 +40,7 @@
 //!
 //! | module           | content                                             |
 //! |------------------|-----------------------------------------------------|
-//! | [`control_loop`] | outputs of a tick from its inputs, as plain values  |
+//! | [`tick`]         | outputs of a tick from its inputs, as plain values  |
 //! | [`supervisor`]   | states of the board, and the permission to drive    |
 //! | [`sequencer`]    | uses of the servo bus, in the order of their urgency |
 //! | [`bridge`]       | these three and the link combined                   |
@@ -48,7 +48,7 @@
 //! | [`checkpoints`]  | evidence for the watchdog                           |
 //! | [`lockstep`]     | virtual time for an emulated board                  |
 //!
-//! Begin with [`control_loop`] for control alone, and with [`bridge::Bridge`] for a board.
+//! Begin with [`tick`] for control alone, and with [`bridge::Bridge`] for a board.
 //!
 //! # Units and conventions
 //!
@@ -84,8 +84,8 @@
 
 pub mod bridge;
 pub mod checkpoints;
-pub mod control_loop;
 pub mod lockstep;
 pub mod sequencer;
 pub mod store;
 pub mod supervisor;
+pub mod tick;

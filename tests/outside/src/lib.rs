@@ -5,7 +5,7 @@
 #![warn(missing_docs)]
 
 use armbridge_board::checkpoints::Checkpoints;
-use armbridge_board::control_loop::{ControlLoop, DriveRequest, Instant, LoopConfig};
+use armbridge_board::tick::{ControlLoop, DriveRequest, Instant, LoopConfig, step};
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::{Parameters, State};
 use armbridge_link::message::{Missing, Refusal, Sample, Settings};
@@ -74,9 +74,8 @@ impl Loop {
         let torque_nm = [0, 1]
             .map(|joint| self.servos[joint].torque(pwm[joint]))
             .into();
-        let output = self
-            .control
-            .step(&self.config, &self.input, &mut Checkpoints::default());
+        let checkpoints = &mut Checkpoints::default();
+        let output = step(&self.config, &mut self.control, &self.input, checkpoints);
         if output.fault().is_some() {
             self.input.permission = Permission::Off;
         }

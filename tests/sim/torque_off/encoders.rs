@@ -4,7 +4,7 @@
 //! The drive ends before a joint that stands or moves is [`FAR_RAD`] from its reference at periods
 //! up to 10 ms, and in any case before it is [`BEYOND_RAD`] from upright: short of table and stops.
 
-use armbridge_board::control_loop::limits::CHECK_PERIOD_MAX_US;
+use armbridge_board::tick::limits::CHECK_PERIOD_MAX_US;
 use armbridge_link::message::{Command, Controller, Fault, Gains, Limits, Mode, Refusal, Setup};
 use armbridge_servo::{Firmware, JOINTS};
 use armbridge_sim::faults::sensor::SensorFault;

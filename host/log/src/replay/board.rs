@@ -2,9 +2,9 @@
 
 use armbridge_board::bridge::command::{ValidatedCommand, validate};
 use armbridge_board::checkpoints::Checkpoints;
-use armbridge_board::control_loop::limits::MOTION;
-use armbridge_board::control_loop::reference::{StartPoint, TimedTrajectory, refusal};
-use armbridge_board::control_loop::{ControlLoop, DriveRequest, Instant, LoopConfig};
+use armbridge_board::tick::limits::MOTION;
+use armbridge_board::tick::reference::{StartPoint, TimedTrajectory, refusal};
+use armbridge_board::tick::{ControlLoop, DriveRequest, Instant, LoopConfig, step};
 use armbridge_control::trajectory::Trajectory;
 use armbridge_link::message::{Command, Mode, Moment, Refusal, Settings};
 use armbridge_link::motion::Motion;
@@ -132,8 +132,8 @@ impl Board {
 
     /// Computes the outputs of a tick.
     pub(super) fn step(&mut self, input: &TickInput) -> TickOutput {
-        self.control_loop
-            .step(&self.config, input, &mut Checkpoints::default())
+        let checkpoints = &mut Checkpoints::default();
+        step(&self.config, &mut self.control_loop, input, checkpoints)
     }
 
     /// PWM that it has decided in the last tick.

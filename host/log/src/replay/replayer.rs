@@ -6,7 +6,7 @@ mod state;
 
 use std::collections::{BTreeMap, HashMap};
 
-use armbridge_board::control_loop::reference::StartPoint;
+use armbridge_board::tick::reference::StartPoint;
 use armbridge_client::event::{Direction, Event, EventKind};
 use armbridge_client::refusal_text;
 use armbridge_link::message::{Command, Moment, Record, Refusal, Settings, ToBoard, ToHost};

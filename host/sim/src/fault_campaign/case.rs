@@ -4,7 +4,7 @@
 //! that any sequence of seeds covers all evenly: 58 kinds in twelve activities are 696
 //! singles, and there are 1653 pairs. All other properties are random.
 
-use armbridge_board::control_loop::limits::CHECK_PERIOD_MAX_US;
+use armbridge_board::tick::limits::CHECK_PERIOD_MAX_US;
 use armbridge_control::actuator::Direction;
 use armbridge_control::arm::State;
 use armbridge_link::message::{Command, Limits, Setup};

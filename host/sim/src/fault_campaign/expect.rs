@@ -10,7 +10,7 @@ use Fault::{
     HostSilent, JointsSwapped, MotorDirection, Overrun, PwmLimit, SamplesLost, SamplesRare,
     ServoAlarm, ServoReset, ServoSilent, SpeedLimit, Stuck, Temperature, TorqueLimit, TorqueRate,
 };
-use armbridge_board::control_loop::limits::CHECK_PERIOD_MAX_US;
+use armbridge_board::tick::limits::CHECK_PERIOD_MAX_US;
 use armbridge_link::message::{Fault, Refusal, StopSource};
 use armbridge_servo::Firmware;
 

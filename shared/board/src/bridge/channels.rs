@@ -21,7 +21,7 @@ use super::command::ValidatedCommand;
 use super::queue::{Channel, Count, Receiver, Sender};
 use super::signals::{SignalCounters, SignalReader};
 use super::transparent_port::{BusSide, CLIENT_BYTES, PortEnd};
-use crate::control_loop::reference::StartPoint;
+use crate::tick::reference::StartPoint;
 use armbridge_link::experiment::Conclusion;
 use armbridge_link::message::{Missing, Moment, OffReport, PortCounters, Record, Refusal, Trip};
 use armbridge_servo::{Firmware, JOINTS};

@@ -4,8 +4,8 @@
 //! that has no place in a tick; the [`supervisor`](crate::supervisor) decides whether a
 //! command may be taken now.
 
-use crate::control_loop::limits::REFERENCE_MAX_RAD;
-use crate::control_loop::{ControlConfig, DriveRequest};
+use crate::tick::limits::REFERENCE_MAX_RAD;
+use crate::tick::{ControlConfig, DriveRequest};
 use armbridge_control::trajectory::stream::Point;
 use armbridge_link::limits::hard;
 use armbridge_link::message::{Command, Limits, Refusal};

@@ -10,9 +10,9 @@ mod outgoing;
 
 use super::channels::{LinkEnd, Notification};
 use super::command::{ValidatedCommand, validate};
-use crate::control_loop::DriveRequest;
-use crate::control_loop::limits::MOTION;
-use crate::control_loop::reference::{self, StartPoint, TimedTrajectory};
+use crate::tick::DriveRequest;
+use crate::tick::limits::MOTION;
+use crate::tick::reference::{self, StartPoint, TimedTrajectory};
 use armbridge_control::trajectory::Trajectory;
 use armbridge_link::board::HELLO_BITS;
 use armbridge_link::frame::{Decoder, Encoder, FrameError, Received};

@@ -55,16 +55,16 @@ pub mod supply;
 mod temperature;
 pub mod transparent_port;
 
-pub use crate::control_loop::{can_run, limits, permits, settings_refusal};
+pub use crate::tick::{can_run, limits, permits, settings_refusal};
 pub use channels::{BridgeEnd, Channels, LinkEnd, QueueWatch};
 pub use link_port::LinkPort;
 
 use armbridge_servo::bus::Bus;
 use core::convert::Infallible;
 
-use crate::control_loop::LoopConfig;
 use crate::sequencer::{BusPermission, BusSequencer, Dropouts};
 use crate::supervisor::State;
+use crate::tick::LoopConfig;
 pub use app_core::MemoryRegion;
 use app_core::{Core, TickSamples};
 use armbridge_link::message::{Fault, Mode, Record, Refusal, Settings};

@@ -45,7 +45,7 @@
 //! Settings in RAM that behaves like flash, before and after a reset:
 //!
 //! ```
-//! use armbridge_board::control_loop::can_run;
+//! use armbridge_board::tick::can_run;
 //! use armbridge_board::store::{Store, memory::Memory};
 //! use armbridge_link::message::{Settings, SettingsFrom};
 //!

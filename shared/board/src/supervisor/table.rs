@@ -76,7 +76,7 @@ pub enum Action {
     /// Motors that have to be off are commanded off again, and read back.
     Repeat,
     /// Motors off with the next tick; the control loop has restarted estimator and monitors, see
-    /// [`ControlLoop::energise`](crate::control_loop::ControlLoop::energise).
+    /// [`ControlLoop::energise`](crate::tick::ControlLoop::energise).
     Energise,
     /// The reference brakes to rest.
     Hold,

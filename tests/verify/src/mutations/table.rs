@@ -60,11 +60,11 @@ const LONG_PACKET: &str =
 const PUSHED_BEYOND: &str =
     "torque_off::limits::an_arm_that_is_pushed_beyond_its_angle_limit_is_off_within_two_ticks";
 
-const ENCODER_PROOF: &str = "shared/board/src/control_loop/monitors/encoder_proof.rs";
+const ENCODER_PROOF: &str = "shared/board/src/tick/monitors/encoder_proof.rs";
 const FORCE_OFF: &str = "shared/board/src/sequencer/force_off.rs";
-const MONITORS: &str = "shared/board/src/control_loop/monitors/mod.rs";
+const MONITORS: &str = "shared/board/src/tick/monitors/mod.rs";
 const SUPPLY: &str = "shared/board/src/bridge/supply.rs";
-const TIME_OUT: &str = "shared/board/src/control_loop/time_out.rs";
+const TIME_OUT: &str = "shared/board/src/tick/drive_source.rs";
 
 /// All mutations.
 pub(super) const MUTATIONS: &[Mutation] = &[
@@ -120,14 +120,14 @@ pub(super) const MUTATIONS: &[Mutation] = &[
     },
     Mutation {
         name: "angle limit dropped",
-        file: "shared/board/src/control_loop/monitors/motion.rs",
+        file: "shared/board/src/tick/monitors/motion.rs",
         find: "if angle > limits.angle_rad {",
         replacement: "if angle > f32::INFINITY {",
         judge: Test(PUSHED_BEYOND),
     },
     Mutation {
         name: "direction test of the motors dropped",
-        file: "shared/board/src/control_loop/motor_check.rs",
+        file: "shared/board/src/tick/motor_check.rs",
         find: "if ratio < -MOVED {",
         replacement: "if ratio < f32::NEG_INFINITY {",
         judge: Campaign(TORQUE_SIGN),
@@ -155,14 +155,14 @@ pub(super) const MUTATIONS: &[Mutation] = &[
     },
     Mutation {
         name: "torque limit not applied",
-        file: "shared/board/src/control_loop/monitors/torque.rs",
+        file: "shared/board/src/tick/monitors/torque.rs",
         find: "let in_limit = |torque| within(torque, -limit, limit);",
         replacement: "let in_limit = |torque: f32| torque;",
         judge: Campaign(PUSHED),
     },
     Mutation {
         name: "PWM limit not applied",
-        file: "shared/board/src/control_loop/motor_command.rs",
+        file: "shared/board/src/tick/torque_control.rs",
         find: "let pwm_max = config.limits().pwm_counts;",
         replacement: "let pwm_max = 1_000;",
         judge: Test(LARGEST_PWM),

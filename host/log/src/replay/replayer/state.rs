@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use armbridge_board::control_loop::ControlLoop;
-use armbridge_board::control_loop::reference::StartPoint;
+use armbridge_board::tick::ControlLoop;
+use armbridge_board::tick::reference::StartPoint;
 use armbridge_link::message::{Command, Moment, Record, Settings};
 use serde::{Deserialize, Serialize};
 

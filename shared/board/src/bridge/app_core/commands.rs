@@ -2,10 +2,10 @@
 
 use super::{BusFacts, Core};
 use crate::bridge::command::ValidatedCommand;
-use crate::control_loop::limits::CHECK_PERIOD_MAX_US;
-use crate::control_loop::reference::StartPoint;
-use crate::control_loop::{ControlConfig, DriveRequest, Instant};
 use crate::supervisor::{Event, State};
+use crate::tick::limits::CHECK_PERIOD_MAX_US;
+use crate::tick::reference::StartPoint;
+use crate::tick::{ControlConfig, DriveRequest, Instant};
 use armbridge_link::experiment::ExperimentEnd;
 use armbridge_link::message::{Drive, Fault, Limits, Refusal};
 

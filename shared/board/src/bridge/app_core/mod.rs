@@ -34,8 +34,8 @@ mod commands;
 mod tick;
 
 use crate::checkpoints::Checkpoints;
-use crate::control_loop::{ControlLoop, LoopConfig};
 use crate::supervisor::{Action, Event, State, Supervisor};
+use crate::tick::{ControlLoop, LoopConfig};
 use armbridge_link::experiment::Conclusion;
 use armbridge_link::message::{Drive, Fault, Missing, Mode, Moment, Refusal, Sample, Timing, Trip};
 use armbridge_link::record::Violation;

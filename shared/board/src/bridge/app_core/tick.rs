@@ -2,9 +2,9 @@
 
 use super::{Core, OFF, TickSamples};
 use crate::checkpoints::Machine;
-use crate::control_loop::CHECK_US;
-use crate::control_loop::limits::LATE_MAX_US;
 use crate::supervisor::{Event, State};
+use crate::tick::limits::LATE_MAX_US;
+use crate::tick::{CHECK_US, step};
 use armbridge_link::experiment::{Conclusion, ExperimentEnd};
 use armbridge_link::message::{Fault, Record, Timing};
 use armbridge_link::record::{Fallback, Permission, TickInput, TickOutput, Violation};
@@ -83,9 +83,12 @@ impl Core {
             pwm_in_force: self.in_force.map(Pwm::counts),
         };
         let mut checkpoints = sampled.checkpoints;
-        record.output = self
-            .control_loop
-            .step(&self.config, &record.input, &mut checkpoints);
+        record.output = step(
+            &self.config,
+            &mut self.control_loop,
+            &record.input,
+            &mut checkpoints,
+        );
         self.apply_output(&record.output);
         self.checkpoints = checkpoints.pass(Machine::Supervisor);
         self.next = self.control_loop.pwm();

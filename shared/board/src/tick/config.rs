@@ -15,9 +15,9 @@ use core::num::NonZeroU32;
 use nalgebra::{Matrix2x4, SMatrix, Vector2};
 
 use super::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
-use super::monitors::{JointBalance, MonitorConfig};
+use super::monitors::MonitorConfig;
 use armbridge_control::actuator::Joint;
-use armbridge_control::arm::{Discrete, Parameters, Posture, State};
+use armbridge_control::arm::{Discrete, Parameters};
 use armbridge_control::check_word::{CheckWord, Checked};
 use armbridge_control::controller::{
     ComputedTorque, Controller, DryFriction, IntegralAction, Lqr, Tuning, Weights, computed_torque,
@@ -48,7 +48,7 @@ pub fn can_run(settings: &Settings) -> bool {
 /// The refusal of these settings by a board; `None` if it accepts them.
 ///
 /// ```
-/// use armbridge_board::control_loop::settings_refusal;
+/// use armbridge_board::tick::settings_refusal;
 /// use armbridge_link::message::{Controller, Gains, Refusal, Settings};
 ///
 /// let mut settings = Settings::default();
@@ -151,23 +151,6 @@ impl LoopConfig {
     /// Largest number of consecutive missing samples of a joint.
     pub fn dropout_ticks(&self) -> u32 {
         self.monitors.dropout_ticks()
-    }
-
-    /// Balance of each joint in this posture and state; `rest_nm` is gravity less the torque of
-    /// the motor, in N m.
-    pub(super) fn balance(
-        &self,
-        posture: &Posture<f32>,
-        state: &State<f32>,
-        rest_nm: Vector2<f32>,
-    ) -> [JointBalance; JOINTS] {
-        let arm = &self.control.arm;
-        let inertia = posture.mass_diagonal(arm);
-        let unmet_nm = arm.viscous_torque(state.dq) + rest_nm;
-        core::array::from_fn(|joint| JointBalance {
-            inertia: inertia[joint],
-            unmet_nm: unmet_nm[joint],
-        })
     }
 
     /// Whether one section of the configuration is as it was built; `section` counts modulo

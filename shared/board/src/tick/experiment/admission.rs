@@ -35,7 +35,7 @@ pub fn permits(
 
 /// Checks that an experiment may begin with the arm at `state`, whose reference will be at
 /// rest at `rest`.
-pub(in crate::control_loop) fn admit(
+pub(in crate::tick) fn admit(
     plan: &Experiment,
     monitors: &MonitorConfig,
     state: &State<f32>,

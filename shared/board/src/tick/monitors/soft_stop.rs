@@ -26,7 +26,7 @@
 //! Equation (1) converts accelerations to torques. The bounds do not include
 //! the limits of the servos: a joint that is too fast for full torque goes beyond.
 
-use crate::control_loop::limits::MOTION;
+use crate::tick::limits::MOTION;
 use armbridge_control::arm::{Parameters, Posture, State};
 use armbridge_control::check_word::checked;
 use armbridge_servo::JOINTS;

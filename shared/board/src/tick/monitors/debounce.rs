@@ -13,12 +13,12 @@ pub(super) const fn ticks(time_us: u32, period_us: u32, least: u32) -> u32 {
 /// Number of consecutive ticks in which a condition has held.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub(in crate::control_loop) struct Debounce(u32);
+pub(in crate::tick) struct Debounce(u32);
 
 impl Debounce {
     /// Counts a tick in which the condition holds, or restarts. True from the `limit`-th
     /// consecutive tick on.
-    pub(in crate::control_loop) fn count(&mut self, is_so: bool, limit: u32) -> bool {
+    pub(in crate::tick) fn count(&mut self, is_so: bool, limit: u32) -> bool {
         self.0 = if is_so { self.0.saturating_add(1) } else { 0 };
         self.0 >= limit
     }

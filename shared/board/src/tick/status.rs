@@ -1,8 +1,8 @@
-//! Time of a command between two ticks, and the state of a tick under way.
+//! Time of a request between two ticks, and the status of a tick under way.
 
 use armbridge_link::record::{Permission, Violation};
 
-/// Time at which a command is taken, between two ticks.
+/// Time at which a request is taken, between two ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Instant {
     /// Present time, in µs.
@@ -20,6 +20,13 @@ pub(super) struct TickStatus {
 }
 
 impl TickStatus {
+    pub(super) fn new(permission: Permission) -> Self {
+        Self {
+            permission,
+            fault: None,
+        }
+    }
+
     pub(super) fn is_armed(&self) -> bool {
         self.permission.is_armed()
     }
@@ -38,6 +45,13 @@ impl TickStatus {
         self.fault.get_or_insert(violation);
         if self.permission != Permission::Unmonitored {
             self.permission = Permission::Off;
+        }
+    }
+
+    /// Switches motors off if this check failed.
+    pub(super) fn require(&mut self, check: Result<(), Violation>) {
+        if let Err(violation) = check {
+            self.trip(violation);
         }
     }
 }

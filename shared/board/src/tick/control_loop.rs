@@ -1,6 +1,7 @@
-//! Commands to the control loop, taken between two ticks.
+//! Control loop: the state from one tick to the next, and the requests that change it between
+//! two ticks.
 //!
-//! A command replaces reference source, torque or experiment at once; its first effect is
+//! A request replaces reference source, torque or experiment at once; its first effect is
 //! the command of the next tick. Motions, streamed points and experiments are admitted
 //! from where the present source ends, so that the reference is continuous.
 //!
@@ -12,61 +13,70 @@
 //! constant torque to a reference. A setpoint elsewhere, and holding an arm
 //! whose motors were off, are steps by command.
 
+use super::actuator_command::ActuatorCommand;
+use super::config::LoopConfig;
+use super::drive_command::{DriveCommand, DriveRequest};
+use super::drive_source::DriveSource;
+use super::estimation::Estimation;
 use super::experiment::{self, ActiveExperiment};
 use super::monitors::Monitors;
 use super::motor_check::MotorCheck;
-use super::pipeline::FeedForward;
 use super::reference::{LEAD_US, ReferenceSource, StartPoint, TimedTrajectory};
-use super::{ControlLoop, DriveCommand, DriveRequest, Instant, LoopConfig};
+use super::status::Instant;
+use super::torque_control::TorqueControl;
+use armbridge_control::arm::State;
 use armbridge_control::trajectory::Reference;
 use armbridge_control::trajectory::stream::Point;
 use armbridge_link::experiment::Experiment;
 use armbridge_link::message::{Drive, Refusal};
-use armbridge_servo::JOINTS;
+use armbridge_servo::{JOINTS, Pwm};
 use nalgebra::Vector2;
 
+/// The state of the control loop, see the [module](super). It has none of the numbers of the
+/// configuration.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct ControlLoop {
+    pub(super) estimation: Estimation,
+    pub(super) monitors: Monitors,
+    pub(super) motor_check: MotorCheck,
+    pub(super) source: DriveSource,
+    pub(super) control: TorqueControl,
+    /// Estimate, reference and command of the last tick.
+    pub(super) state: State<f32>,
+    pub(super) reference: Reference<f32>,
+    pub(super) command: ActuatorCommand,
+}
+
 impl ControlLoop {
+    /// A loop without an estimate of the arm.
+    pub fn new(config: &LoopConfig) -> Self {
+        let upright = Vector2::zeros();
+        Self {
+            estimation: Estimation::new(&config.control),
+            monitors: Monitors::default(),
+            motor_check: MotorCheck::default(),
+            source: DriveSource::new(),
+            control: TorqueControl::new(),
+            state: State::at_rest(upright),
+            reference: Reference::at_rest(upright),
+            command: ActuatorCommand::OFF,
+        }
+    }
+
+    /// PWM decided in the last tick.
+    pub fn pwm(&self) -> [Pwm; JOINTS] {
+        self.command.pwm
+    }
+
     /// Source that drives the motors while that is permitted.
     pub fn drive(&self) -> Drive {
-        self.commanded.drive()
+        self.source.drive()
     }
 
-    /// Before motors may be driven: clears the command, begins the motor check anew, and restarts
-    /// monitors and estimate.
-    pub fn energise(&mut self) {
-        self.motor_check = MotorCheck::default();
-        self.end_motor_check();
-    }
-
-    /// The same after the motor check, whose result stays.
-    pub(super) fn end_motor_check(&mut self) {
-        self.commanded = DriveCommand::new(Drive::Hold, [0.0; JOINTS], 0);
-        self.restart_monitors();
-        self.reset_estimate();
-    }
-
-    /// Restarts with the next tick: monitors, the knowledge of the encoders' noise, estimate and
-    /// reference.
-    pub fn restart(&mut self) {
-        self.reset_monitors();
-        self.reset_estimate();
-    }
-
-    /// Resets the estimator, which restarts from the next samples, and the reference: the
-    /// arm may be anywhere.
-    pub fn reset_estimate(&mut self) {
-        self.is_fresh = true;
-        self.source = ReferenceSource::hold(Vector2::zeros());
-    }
-
-    /// Restarts the monitors, except that the encoders' noise stays known.
-    pub fn restart_monitors(&mut self) {
-        self.monitors = self.monitors.restarted();
-    }
-
-    /// Resets the monitors, and the knowledge of the encoders' noise.
-    fn reset_monitors(&mut self) {
-        self.monitors = Monitors::default();
+    /// Consecutive missing samples of this joint.
+    pub fn lost_in_row(&self, joint: usize) -> u32 {
+        self.monitors.lost_in_row(joint)
     }
 
     /// Reason against arming: an encoder whose noise is not known yet, above all one without
@@ -85,6 +95,39 @@ impl ControlLoop {
         self.motor_check.is_conclusive()
     }
 
+    /// Before motors may be driven: clears the command, begins the motor check anew, and restarts
+    /// monitors and estimate.
+    pub fn energise(&mut self) {
+        self.motor_check = MotorCheck::default();
+        self.end_motor_check();
+    }
+
+    /// The same after the motor check, whose result stays.
+    pub(super) fn end_motor_check(&mut self) {
+        self.source.clear();
+        self.restart_monitors();
+        self.reset_estimate();
+    }
+
+    /// Restarts with the next tick: monitors, the knowledge of the encoders' noise, estimate and
+    /// reference.
+    pub fn restart(&mut self) {
+        self.monitors = Monitors::default();
+        self.reset_estimate();
+    }
+
+    /// Resets the estimator, which restarts from the next samples, and the reference: the
+    /// arm may be anywhere.
+    pub fn reset_estimate(&mut self) {
+        self.estimation.reset();
+        self.source.reference = ReferenceSource::hold(Vector2::zeros());
+    }
+
+    /// Restarts the monitors, except that the encoders' noise stays known.
+    pub fn restart_monitors(&mut self) {
+        self.monitors = self.monitors.restarted();
+    }
+
     /// Installs another configuration, without a step in the torque if motors are
     /// driven; the next command acts at `acts_us`.
     pub fn install(
@@ -94,66 +137,53 @@ impl ControlLoop {
         is_driven: bool,
         acts_us: u64,
     ) {
-        self.feed_forward = FeedForward::none();
         if is_driven {
-            let reference = self.source.at(acts_us);
-            let forward_nm = before.control.feed_forward(&reference);
-            let demand = self.demand(before, &self.estimate.state(), &reference, forward_nm);
-            self.estimate = config.control.estimator.take_over(&self.estimate);
-            if config.control.integral.is_none() {
-                self.integral_nm = Vector2::zeros();
-            }
-            self.fade_from(config, demand.torque_nm, &reference);
+            let reference = self.source.reference.at(acts_us);
+            let torque_nm = self.torque_nm(before, &reference);
+            self.estimation.take_over(&config.control);
+            self.control.install(config.control.integral.is_some());
+            self.fade_from(config, torque_nm, &reference);
         } else {
-            self.is_fresh = true;
-            self.estimate = config.control.estimator.at_rest(Vector2::zeros());
-            self.bump_nm = Vector2::zeros();
-            self.integral_nm = Vector2::zeros();
+            self.estimation = Estimation::new(&config.control);
+            self.control = TorqueControl::new();
         }
         if before.period_us() != config.period_us() {
-            self.reset_monitors();
+            self.monitors = Monitors::default();
         }
     }
 
-    /// Begins to follow `reference` with this torque; the offset decays within
-    /// half a second.
+    /// Torque in N m of this configuration for the present state.
+    fn torque_nm(&self, config: &LoopConfig, reference: &Reference<f32>) -> Vector2<f32> {
+        let (state, disturbance_nm) = (self.estimation.state(), self.estimation.disturbance_nm());
+        self.control
+            .torque_nm(&config.control, &state, reference, disturbance_nm)
+    }
+
+    /// Begins to follow `reference` from this torque.
     fn fade_from(
         &mut self,
         config: &LoopConfig,
         torque_nm: Vector2<f32>,
         reference: &Reference<f32>,
     ) {
-        self.bump_nm = Vector2::zeros();
-        let forward_nm = config.control.feed_forward(reference);
-        let demand = self.demand(config, &self.estimate.state(), reference, forward_nm);
-        self.bump_nm = torque_nm - demand.torque_nm;
+        self.control.end_offset();
+        let own_nm = self.torque_nm(config, reference);
+        self.control.begin_offset(torque_nm - own_nm);
     }
 
-    /// Source that a request begins from if not from the one in force: rest at the arm's angles
-    /// where it follows none, or braking from an experiment.
-    #[inline(never)]
+    /// Source that a request begins from if not from the one in force.
     fn initial_source(&self, now: Instant) -> Option<ReferenceSource> {
-        match self.drive() {
-            _ if !now.is_driven => Some(ReferenceSource::hold(self.state.q)),
-            Drive::Torque => Some(ReferenceSource::hold(self.state.q)),
-            Drive::Regulate | Drive::Track | Drive::Hold => None,
-            // No tick has used the experiment yet.
-            Drive::Experiment if !self.experiment.is_started() => None,
-            Drive::Experiment => {
-                let from = Reference {
-                    ddq: Vector2::zeros(),
-                    ..self.reference
-                };
-                Some(ReferenceSource::braking(&from, now.acts_us))
-            }
-        }
+        self.source.initial(now, &self.state, &self.reference)
     }
 
     /// Reference that is in force at this time if no other request comes.
     #[inline(never)]
     fn reference_ahead(&self, at_us: u64, now: Instant) -> Reference<f32> {
         let initial = self.initial_source(now);
-        initial.as_ref().unwrap_or(&self.source).ahead(at_us)
+        initial
+            .as_ref()
+            .unwrap_or(&self.source.reference)
+            .ahead(at_us)
     }
 
     /// Start point of a motion that is requested now.
@@ -166,7 +196,7 @@ impl ControlLoop {
 
     /// Whether the same experiment drives the motors.
     pub fn is_running(&self, plan: &Experiment, is_driven: bool) -> bool {
-        is_driven && self.drive() == Drive::Experiment && self.experiment.plan == *plan
+        self.source.is_running(plan, is_driven)
     }
 
     /// Takes a request of the host; motors that have not been driven are
@@ -183,7 +213,7 @@ impl ControlLoop {
         match *request {
             DriveRequest::Torque(torque_nm) => {
                 self.begin_drive(now);
-                self.commanded = DriveCommand::new(Drive::Torque, torque_nm, now.us);
+                self.source.command = DriveCommand::new(Drive::Torque, torque_nm, now.us);
                 Ok(())
             }
             DriveRequest::Regulate(angle_rad) => {
@@ -220,7 +250,7 @@ impl ControlLoop {
         now: Instant,
     ) -> Result<(), Refusal> {
         let mut initial = self.initial_source(now);
-        let source = initial.as_mut().unwrap_or(&mut self.source);
+        let source = initial.as_mut().unwrap_or(&mut self.source.reference);
         source.change_to(motion, now.us)?;
         self.follow(config, Drive::Track, initial.as_ref(), now);
         Ok(())
@@ -234,7 +264,7 @@ impl ControlLoop {
         now: Instant,
     ) -> Result<(), Refusal> {
         let mut initial = self.initial_source(now);
-        let source = initial.as_mut().unwrap_or(&mut self.source);
+        let source = initial.as_mut().unwrap_or(&mut self.source.reference);
         source.push(now.acts_us, point)?;
         self.follow(config, Drive::Track, initial.as_ref(), now);
         Ok(())
@@ -256,7 +286,7 @@ impl ControlLoop {
         experiment::admit(plan, &config.monitors, &self.state, source.end())
             .map_err(Refusal::Experiment)?;
         self.follow(config, Drive::Experiment, Some(&source), now);
-        self.experiment = ActiveExperiment::new(*plan);
+        self.source.experiment = ActiveExperiment::new(*plan);
         Ok(())
     }
 
@@ -268,19 +298,28 @@ impl ControlLoop {
         source: Option<&ReferenceSource>,
         now: Instant,
     ) {
-        let acts_us = now.acts_us;
         let was_constant = match self.drive() {
             Drive::Torque | Drive::Experiment => now.is_driven,
             Drive::Regulate | Drive::Track | Drive::Hold => false,
         };
         self.begin_drive(now);
-        self.commanded = DriveCommand::new(drive, [0.0; JOINTS], now.us);
+        self.source.command = DriveCommand::new(drive, [0.0; JOINTS], now.us);
         if let Some(source) = source {
-            self.source.replace(source);
+            self.source.reference.replace(source);
         }
         if was_constant {
-            let reference = self.source.at(acts_us);
+            let reference = self.source.reference.at(now.acts_us);
             self.fade_from(config, self.command.total_nm(), &reference);
         }
+    }
+
+    /// Turns a bit of the drive command, chosen by `draw`, for tests.
+    pub fn inject_error(&mut self, draw: u32) {
+        self.source.command.inject_error(draw);
+    }
+
+    /// Turns a bit of the reference's numbers, for tests.
+    pub fn inject_reference_error(&mut self, draw: u32) {
+        self.source.reference.inject_error(draw);
     }
 }

@@ -41,7 +41,6 @@
 mod pattern;
 mod response;
 
-use super::pipeline::Demand;
 use armbridge_control::arm::{Parameters, Posture};
 use armbridge_link::message::Fault;
 use armbridge_link::record::Violation;
@@ -111,13 +110,10 @@ pub(super) enum CheckStep {
 }
 
 impl CheckStep {
-    /// The demand for the next tick; `None` at the end.
-    pub(super) fn demand(self) -> Option<Demand> {
+    /// Torque in N m for the next tick; `None` at the end.
+    pub(super) fn torque_nm(self) -> Option<Vector2<f32>> {
         match self {
-            Self::Torque(torque_nm) => Some(Demand {
-                torque_nm,
-                friction_nm: Vector2::zeros(),
-            }),
+            Self::Torque(torque_nm) => Some(torque_nm),
             Self::Passed | Self::Failed(_) => None,
         }
     }

@@ -1,7 +1,7 @@
 //! Every monitor is fed, and only while it should be.
 
 use super::Fixture;
-use crate::control_loop::monitors::MonitorInput;
+use crate::tick::monitors::MonitorInput;
 use armbridge_control::arm::State;
 use armbridge_link::fault::Fault;
 use armbridge_link::limits::Limits;

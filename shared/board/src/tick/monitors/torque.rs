@@ -30,11 +30,11 @@ const TICKS: u32 = 5;
 
 /// A torque within all limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::control_loop) struct LimitedTorque {
+pub(in crate::tick) struct LimitedTorque {
     /// Torque in N m.
-    pub(in crate::control_loop) torque_nm: Vector2<f32>,
+    pub(in crate::tick) torque_nm: Vector2<f32>,
     /// Limits that changed the demand.
-    pub(in crate::control_loop) guards: Guards,
+    pub(in crate::tick) guards: Guards,
 }
 
 /// Parameters of the torque limiter, for one set of limits and one period.

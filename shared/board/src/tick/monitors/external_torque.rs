@@ -47,12 +47,12 @@ checked!(ExternalTorqueConfig {
 
 /// Balance of one joint at its samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::control_loop) struct JointBalance {
+pub(in crate::tick) struct JointBalance {
     /// Inertia in kg m^2.
-    pub(in crate::control_loop) inertia: f32,
+    pub(in crate::tick) inertia: f32,
     /// Torque in N m that the motion at this speed and the posture take: viscous friction and
     /// gravity, less that of the motor.
-    pub(in crate::control_loop) unmet_nm: f32,
+    pub(in crate::tick) unmet_nm: f32,
 }
 
 /// The observer of one joint.

@@ -18,9 +18,8 @@ mod admission;
 pub(super) use admission::admit;
 pub use admission::permits;
 
-use nalgebra::Vector2;
-
 use super::monitors::Debounce;
+use super::torque_control::Demand;
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::State;
 use armbridge_control::experiment::Signal;
@@ -159,24 +158,16 @@ impl ActiveExperiment {
             .or(self.is_host_silent.then_some(ExperimentEnd::HostQuiet))
     }
 
-    /// Overrides the controller's demand per joint. A PWM is converted to its torque;
-    /// the exact PWM is returned.
+    /// Overrides the controller's demand per joint, with a PWM or a torque.
     #[inline(never)]
-    pub(super) fn override_torque(
-        &self,
-        joints: &[Joint<f32>; JOINTS],
-        torque_nm: &mut Vector2<f32>,
-        friction_nm: &mut Vector2<f32>,
-    ) -> [Option<Pwm>; JOINTS] {
-        let mut exact_pwm = [None; JOINTS];
-        let joints = joints.iter().zip(&mut exact_pwm).enumerate();
-        for ((joint, (actuator, exact_pwm)), role) in joints.zip(&self.plan.roles) {
+    pub(super) fn override_torque(&self, joints: &[Joint<f32>; JOINTS], demand: &mut Demand) {
+        for ((joint, actuator), role) in joints.iter().enumerate().zip(&self.plan.roles) {
             let sample = |signal: &Signal<f32>| signal.at(self.elapsed_s, self.plan.duration_s);
             let pwm = match role {
                 Role::Hold | Role::Angle(_) => continue,
                 Role::Torque(signal) => {
-                    torque_nm[joint] = sample(signal).value;
-                    friction_nm[joint] = 0.0;
+                    demand.torque_nm[joint] = sample(signal).value;
+                    demand.friction_nm[joint] = 0.0;
                     continue;
                 }
                 Role::Pwm(signal) => Pwm::from_off(sample(signal).value),
@@ -188,10 +179,9 @@ impl ActiveExperiment {
                 }
                 Role::Off => Pwm::OFF,
             };
-            torque_nm[joint] = actuator.torque(pwm);
-            friction_nm[joint] = 0.0;
-            *exact_pwm = Some(pwm);
+            demand.torque_nm[joint] = actuator.torque(pwm);
+            demand.friction_nm[joint] = 0.0;
+            demand.exact_pwm[joint] = Some(pwm);
         }
-        exact_pwm
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Fixture;
 use super::plant::Plant;
-use crate::control_loop::limits::MOTION;
+use crate::tick::limits::MOTION;
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::{Mounting, Parameters, Posture, State};
 use armbridge_control::estimate::Config;

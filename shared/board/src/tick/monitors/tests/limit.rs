@@ -1,7 +1,7 @@
 //! No torque leaves the fixture beyond its limits, whatever goes in.
 
 use super::Fixture;
-use crate::control_loop::monitors::LimitedTorque;
+use crate::tick::monitors::LimitedTorque;
 use armbridge_control::arm::{Parameters, State};
 use armbridge_link::fault::Fault;
 use armbridge_link::limits::Limits;

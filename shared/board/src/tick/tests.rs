@@ -1,7 +1,8 @@
 //! Tests of a tick.
 
 use super::*;
-use armbridge_link::message::{Missing, Settings};
+use armbridge_link::message::{Missing, Sample, Settings};
+use armbridge_servo::JOINTS;
 
 /// An estimate that begins at the first sample would take the way there for a speed.
 #[test]
@@ -15,7 +16,7 @@ fn there_is_no_torque_before_a_sample_of_each_joint() {
     input.permission = Permission::Drive;
     let mut command = |samples| {
         input.samples = samples;
-        let output = control.step(&config, &input, &mut Checkpoints::default());
+        let output = step(&config, &mut control, &input, &mut Checkpoints::default());
         assert_eq!(output.events, None);
         output.pwm
     };
