@@ -72,6 +72,8 @@ fn any<T: Default>() -> T {
 }
 
 /// Panics depending on an input, if the feature is enabled.
+#[expect(clippy::inline_always, reason = "each loop has a call of its own")]
+#[inline(always)]
 fn planted() {
     if cfg!(feature = "no-panic-planted") {
         black_box([0_u8; 4][any::<usize>()]);

@@ -1,9 +1,11 @@
 //! Bus, flash, board, host and client, each of which may do anything at any time.
 
 use core::convert::Infallible;
-use core::future::{Future, poll_fn};
+use core::future::Future;
 use core::hint::black_box;
-use core::task::Poll;
+use core::marker::PhantomData;
+use core::pin::Pin;
+use core::task::{Context, Poll};
 
 use armbridge_board::bridge::transparent_port::ClientLine;
 use armbridge_firmware::stop::PolledUart;
@@ -134,18 +136,31 @@ impl NorFlash for Flash {
     }
 }
 
-/// Future that uses `input` at an arbitrary time and returns an arbitrary value. Not an
+/// Future that uses its input at an arbitrary time and returns an arbitrary value. Not an
 /// `async` block, which panics when it is polled after its end.
-fn sometime<W, T: Default>(mut input: W) -> impl Future<Output = T> {
-    poll_fn(move |_| {
-        black_box(&mut input);
+struct Sometime<W, T>(W, PhantomData<T>);
+
+impl<W: Unpin, T: Default + Unpin> Future for Sometime<W, T> {
+    type Output = T;
+
+    #[expect(
+        clippy::inline_always,
+        reason = "a planted panic is in the loop that waits"
+    )]
+    #[inline(always)]
+    fn poll(mut self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<T> {
+        black_box(&mut self.0);
         planted();
         if any() {
             Poll::Ready(any())
         } else {
             Poll::Pending
         }
-    })
+    }
+}
+
+fn sometime<W: Unpin, T: Default + Unpin>(input: W) -> impl Future<Output = T> {
+    Sometime(input, PhantomData)
 }
 
 /// Board, host and client.

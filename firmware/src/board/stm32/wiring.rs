@@ -40,6 +40,7 @@ impl Stream {
     }
 
     /// Clears the flags, without which a stream cannot be started (section 10.3.17).
+    #[inline]
     pub(super) fn clear(&self) {
         let bit = self.number % 4;
         self.dma.ifcr(self.number / 4).write(|w| {

@@ -189,7 +189,7 @@ impl<'a, B: Bus> Bridge<'a, B> {
     pub fn supply(&mut self) -> SupplyPermission {
         let is_off = self.sequencer.is_off_confirmed();
         self.supply
-            .update(self.core.now_us(), self.core.mode(), is_off)
+            .update(self.core.now_us(), self.core.fault(), is_off)
     }
 
     /// Latest time of the next poll.

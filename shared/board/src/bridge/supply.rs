@@ -4,13 +4,13 @@
 //! floats, servos have no power, whatever they were told last, and a servo that hears nothing
 //! is stopped as well.
 //!
-//! | mode                                     | supply                              |
+//! | fault                                    | supply                              |
 //! |------------------------------------------|-------------------------------------|
-//! | every one but `Fault`                    | on: servos need power to be found, calibrated, and read with motors off |
-//! | `Fault`, an emergency stop               | off at once, from any source        |
-//! | `Fault`, memory is corrupted             | off at once: nor is the evidence below to be trusted |
-//! | `Fault`, any other                       | on while motors are confirmed off, or have been for less than [`CONFIRM_US`]; then off |
-//! | `Fault`, any, then an emergency stop     | off at once                         |
+//! | none                                     | on: servos need power to be found, calibrated, and read with motors off |
+//! | an emergency stop                        | off at once, from any source        |
+//! | memory is corrupted                      | off at once: nor is the evidence below to be trusted |
+//! | any other                                | on while motors are confirmed off, or have been for less than [`CONFIRM_US`]; then off |
+//! | any, then an emergency stop              | off at once                         |
 //!
 //! Off is latched until the fault is cleared. Bring-up follows then, as after the servos'
 //! power-up.
@@ -18,7 +18,7 @@
 //! The supply falls before the bus is done with its stop sequence. That is sent all the same: a
 //! contact needs some ms to open, and may be welded or not be there.
 
-use armbridge_link::message::{Fault, Mode};
+use armbridge_link::message::Fault;
 use embedded_hal::digital::PinState;
 
 /// Time in µs for which motors may be unconfirmed during a fault. At 1 Mbaud stop sequence
@@ -36,21 +36,15 @@ pub enum SupplyPermission {
 }
 
 impl SupplyPermission {
-    /// The permission that follows this one. `unconfirmed_us` is the time since the beginning
-    /// of the fault, or since every motor was last confirmed off.
+    /// The permission that follows this one under `fault`, if there is one. `unconfirmed_us` is
+    /// the time since the beginning of the fault, or since every motor was last confirmed off.
     #[must_use]
-    pub fn next(self, mode: Mode, unconfirmed_us: u64) -> Self {
-        match mode {
-            Mode::Boot
-            | Mode::Idle
-            | Mode::MotorCheck
-            | Mode::Armed
-            | Mode::Running(_)
-            | Mode::Degraded(_)
-            | Mode::Passthrough => Self::On,
-            Mode::Fault(Fault::EmergencyStop(_) | Fault::Corrupted) => Self::Off,
-            Mode::Fault(_) if unconfirmed_us >= CONFIRM_US => Self::Off,
-            Mode::Fault(_) => self,
+    pub fn next(self, fault: Option<Fault>, unconfirmed_us: u64) -> Self {
+        match fault {
+            None => Self::On,
+            Some(Fault::EmergencyStop(_) | Fault::Corrupted) => Self::Off,
+            Some(_) if unconfirmed_us >= CONFIRM_US => Self::Off,
+            Some(_) => self,
         }
     }
 }
@@ -88,12 +82,17 @@ impl Supply {
     }
 
     /// The permission now. `is_off`: every motor is confirmed off.
-    pub(super) fn update(&mut self, now_us: u64, mode: Mode, is_off: bool) -> SupplyPermission {
-        if is_off || !matches!(mode, Mode::Fault(_)) {
+    pub(super) fn update(
+        &mut self,
+        now_us: u64,
+        fault: Option<Fault>,
+        is_off: bool,
+    ) -> SupplyPermission {
+        if is_off || fault.is_none() {
             self.confirmed_us = now_us;
         }
         let unconfirmed_us = now_us.saturating_sub(self.confirmed_us);
-        self.permission = self.permission.next(mode, unconfirmed_us);
+        self.permission = self.permission.next(fault, unconfirmed_us);
         self.permission
     }
 }
@@ -102,36 +101,26 @@ impl Supply {
 mod tests {
     use super::*;
     use SupplyPermission::{Off, On};
-    use armbridge_link::message::{Drive, StopSource};
+    use armbridge_link::message::StopSource;
 
-    const LIMIT: Mode = Mode::Fault(Fault::AngleLimit);
-    const STOP: Mode = Mode::Fault(Fault::EmergencyStop(StopSource::Pin));
+    const LIMIT: Option<Fault> = Some(Fault::AngleLimit);
+    const STOP: Option<Fault> = Some(Fault::EmergencyStop(StopSource::Pin));
 
     #[test]
     fn only_faults_cut_the_supply() {
-        let live = [
-            Mode::Boot,
-            Mode::Idle,
-            Mode::Armed,
-            Mode::Running(Drive::Torque),
-            Mode::Degraded(Drive::Track),
-            Mode::Passthrough,
-        ];
-        for mode in live {
-            for before in [On, Off] {
-                assert_eq!(before.next(mode, u64::MAX), On, "{mode:?}");
-            }
+        for before in [On, Off] {
+            assert_eq!(before.next(None, u64::MAX), On);
         }
         let sources = StopSource::ALL;
         for fault in sources.map(Fault::EmergencyStop) {
-            assert_eq!(On.next(Mode::Fault(fault), 0), Off, "{fault:?}");
+            assert_eq!(On.next(Some(fault), 0), Off, "{fault:?}");
         }
-        assert_eq!(On.next(Mode::Fault(Fault::Corrupted), 0), Off);
+        assert_eq!(On.next(Some(Fault::Corrupted), 0), Off);
         for fault in [Fault::AngleLimit, Fault::ServoSilent, Fault::HostSilent] {
-            let mode = Mode::Fault(fault);
-            assert_eq!(On.next(mode, CONFIRM_US - 1), On, "{fault:?}");
-            assert_eq!(On.next(mode, CONFIRM_US), Off, "{fault:?}");
-            assert_eq!(Off.next(mode, 0), Off, "latched: {fault:?}");
+            let latched = Some(fault);
+            assert_eq!(On.next(latched, CONFIRM_US - 1), On, "{fault:?}");
+            assert_eq!(On.next(latched, CONFIRM_US), Off, "{fault:?}");
+            assert_eq!(Off.next(latched, 0), Off, "latched: {fault:?}");
         }
         assert_eq!(PinState::from(Off), PinState::Low);
     }
@@ -140,11 +129,11 @@ mod tests {
     #[test]
     fn motors_that_are_not_confirmed_off_cut_it_after_100_ms() {
         let mut supply = Supply::new(0);
-        assert_eq!(supply.update(1_000, Mode::Idle, false), On);
+        assert_eq!(supply.update(1_000, None, false), On);
         assert_eq!(supply.update(100_999, LIMIT, false), On);
         assert_eq!(supply.update(101_000, LIMIT, false), Off);
         assert_eq!(supply.update(102_000, LIMIT, true), Off, "latched");
-        assert_eq!(supply.update(103_000, Mode::Boot, false), On);
+        assert_eq!(supply.update(103_000, None, false), On);
 
         assert_eq!(supply.update(110_000, LIMIT, false), On);
         assert_eq!(supply.update(125_000, LIMIT, true), On);
@@ -157,10 +146,10 @@ mod tests {
     fn an_emergency_stop_after_another_fault_cuts_it_at_once() {
         let mut supply = Supply::new(0);
         assert_eq!(supply.update(0, STOP, true), Off);
-        assert_eq!(supply.update(1_000, Mode::Boot, false), On);
+        assert_eq!(supply.update(1_000, None, false), On);
         assert_eq!(supply.update(2_000, LIMIT, true), On);
         supply.stop();
         assert_eq!(supply.update(2_000, LIMIT, true), Off);
-        assert_eq!(supply.update(3_000, Mode::Boot, false), On);
+        assert_eq!(supply.update(3_000, None, false), On);
     }
 }

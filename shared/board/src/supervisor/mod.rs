@@ -178,6 +178,12 @@ impl Supervisor {
         self.trip.filter(|_| self.state() == State::Fault)
     }
 
+    /// The fault, if one is latched; one without a cause is a memory fault.
+    pub fn fault(&self) -> Option<Fault> {
+        let cause = || self.trip.map_or(Fault::Corrupted, |trip| trip.fault);
+        (self.state() == State::Fault).then(cause)
+    }
+
     /// The mode, with the source that drives the motors.
     pub fn mode(&self, drive: Drive) -> Mode {
         match self.state() {
@@ -188,8 +194,7 @@ impl Supervisor {
             State::Running => Mode::Running(drive),
             State::Degraded => Mode::Degraded(drive),
             State::Passthrough => Mode::Passthrough,
-            // A fault without a cause is a memory fault.
-            State::Fault => Mode::Fault(self.trip.map_or(Fault::Corrupted, |trip| trip.fault)),
+            State::Fault => Mode::Fault(self.fault().unwrap_or(Fault::Corrupted)),
         }
     }
 

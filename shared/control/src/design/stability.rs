@@ -7,7 +7,7 @@
 //! converge, and twenty products.
 
 use crate::real::Real;
-use nalgebra::{ComplexField, SMatrix};
+use nalgebra::{ComplexField, SMatrix, SVector};
 
 /// One of a pair `re + i im`, `re - i im`, or a real one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,7 +47,10 @@ pub fn dominant<T: Real, const N: usize>(a: &SMatrix<T, N, N>) -> Option<Eigenva
         let (a, b) = (a.norm_squared(), b.norm_squared());
         a.partial_cmp(&b).unwrap_or(core::cmp::Ordering::Equal)
     })?;
-    let v = longest.into_owned();
+    let mut v = SVector::<T, N>::zeros();
+    v.iter_mut()
+        .zip(longest.iter())
+        .for_each(|(to, from)| *to = *from);
     let (w, z) = (a * v, a * (a * v));
     // z = p w + q v, so that the eigenvalue solves x^2 = p x + q.
     let (vv, vw, ww) = (v.dot(&v), v.dot(&w), w.dot(&w));

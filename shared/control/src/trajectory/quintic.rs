@@ -100,8 +100,9 @@ impl<T: Real> Quintic<T> {
                 last = differentiated(&last);
             }
             let mut knots: Vec<T, 8> = Vec::from_iter([T::zero(), duration_s]);
-            for order in (0..derivatives.len() - 1).rev() {
-                knots = stationary(&derivatives[order + 1], &knots);
+            let next = derivatives.iter().skip(1);
+            for (order, (this, next)) in derivatives.iter().zip(next).enumerate().rev() {
+                knots = stationary(next, &knots);
                 let quantity = match order {
                     0 => Quantity::Angle,
                     1 => Quantity::Speed,
@@ -109,7 +110,7 @@ impl<T: Real> Quintic<T> {
                     _ => continue,
                 };
                 for &t_s in &knots {
-                    let value = value(&derivatives[order], t_s);
+                    let value = value(this, t_s);
                     tightest.see(joint, quantity, value, starts_s + t_s);
                 }
             }

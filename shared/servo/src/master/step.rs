@@ -38,6 +38,7 @@ impl<B: Bus> Master<B> {
     }
 
     /// Enters a step that begins at `from_us` and sends nothing.
+    #[inline]
     fn wait(&mut self, step: &Step, from_us: u64) {
         match *step {
             Step::Pause { us } => {

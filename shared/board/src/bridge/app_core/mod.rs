@@ -203,8 +203,14 @@ impl Core {
     }
 
     /// Mode of the board.
+    #[inline]
     pub(crate) fn mode(&self) -> Mode {
         self.supervisor.mode(self.control_loop.drive())
+    }
+
+    /// The fault, if one is latched or the state is corrupted.
+    pub(crate) fn fault(&self) -> Option<Fault> {
+        self.supervisor.fault()
     }
 
     /// Source that drives the motors while that is permitted.

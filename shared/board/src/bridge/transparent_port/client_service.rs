@@ -40,7 +40,10 @@ impl<B: Bus> Bridge<'_, B> {
         if port.waiting.is_none() {
             port.waiting = port.framer.expire(now_us);
         }
-        port.counters.halves = port.framer.truncated();
+        let halves = port.framer.truncated();
+        if port.counters.counts.halves != halves {
+            port.counters.change().halves = halves;
+        }
         let ClientLine { is_open, .. } = self.end.client.line();
         let is_waiting = port.waiting.is_some();
         if self.core.state() == State::Passthrough {
@@ -48,7 +51,7 @@ impl<B: Bus> Bridge<'_, B> {
             let is_closed = port.was_open && !is_open && !is_waiting;
             let is_silent = self.client_silent_at_us().is_some_and(|at| now_us >= at);
             if is_silent {
-                let ended = &mut self.port.counters.ended;
+                let ended = &mut self.port.counters.change().ended;
                 *ended = ended.wrapping_add(1);
             }
             if is_closed || is_silent {
@@ -78,6 +81,7 @@ impl<B: Bus> Bridge<'_, B> {
     }
 
     /// Passes the servos' bytes to the client.
+    #[inline]
     pub(in crate::bridge) fn relay_tapped_bytes(&mut self) {
         while let Some(byte) = self.sequencer.take_tapped() {
             self.send_to_client(&[byte]);
@@ -174,7 +178,7 @@ impl<B: Bus> Bridge<'_, B> {
     fn send_to_client(&mut self, bytes: &[u8]) {
         for byte in bytes {
             if !self.end.client.send(*byte) {
-                let lost = &mut self.port.counters.lost;
+                let lost = &mut self.port.counters.change().lost;
                 *lost = lost.wrapping_add(1);
             }
         }
@@ -184,13 +188,11 @@ impl<B: Bus> Bridge<'_, B> {
         let now_us = self.core.now_us();
         let port = &mut self.port;
         let is_due = now_us.saturating_sub(port.reported_us) >= REPORT_US;
-        if is_due && port.counters != port.reported {
+        if is_due && port.counters.has_changed {
             port.reported_us = now_us;
             // Lost if the host does not fetch it: the next one has the same counts.
-            let notification = Notification::Port(port.counters);
-            if self.end.notifications.enqueue(notification).is_ok() {
-                port.reported = port.counters;
-            }
+            let notification = Notification::Port(port.counters.counts);
+            port.counters.has_changed = self.end.notifications.enqueue(notification).is_err();
         }
     }
 }

@@ -57,8 +57,7 @@ pub(super) struct TransparentPort {
     tries: u8,
     /// The request or packet at hand had to wait for a later tick.
     has_waited: bool,
-    counters: PortCounters,
-    reported: PortCounters,
+    counters: Counters,
     reported_us: u64,
     /// The client has opened its port since the bus was released.
     was_open: bool,
@@ -68,6 +67,21 @@ pub(super) struct TransparentPort {
     /// moving.
     relayed_us: u64,
     may_have_driven: bool,
+}
+
+/// The counters of packets, and whether one has changed since they were reported.
+#[derive(Debug, Default)]
+struct Counters {
+    counts: PortCounters,
+    has_changed: bool,
+}
+
+impl Counters {
+    /// The counts, of which one is to be changed.
+    fn change(&mut self) -> &mut PortCounters {
+        self.has_changed = true;
+        &mut self.counts
+    }
 }
 
 impl TransparentPort {
@@ -83,7 +97,7 @@ impl TransparentPort {
 
     /// Whether there is nothing of a client's to work on, and nothing to report.
     fn is_quiet(&self) -> bool {
-        self.waiting.is_none() && self.framer.is_empty() && self.counters == self.reported
+        self.waiting.is_none() && self.framer.is_empty() && !self.counters.has_changed
     }
 
     /// Notes that the bus is taken back from the client.
@@ -94,7 +108,7 @@ impl TransparentPort {
 
     fn count(&mut self, is_passed: bool) {
         let has_waited = core::mem::take(&mut self.has_waited);
-        let counters = &mut self.counters;
+        let counters = self.counters.change();
         let which = if is_passed {
             &mut counters.passed
         } else {
