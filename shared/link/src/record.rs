@@ -47,12 +47,14 @@ impl Record {
     };
 }
 
-/// Permission of the supervisor in a tick.
+/// Permission of the supervisor, for bus and control loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
 pub enum Permission {
     /// Motors off, the search for servos is under way: samples feed the estimator, no
     /// monitor runs.
-    Unmonitored,
+    Search,
+    /// Motors off; the bus belongs to the client of the transparent port, and there are no ticks.
+    Passthrough,
     /// Motors off; only the dropout monitor runs.
     Off,
     /// Motors off, all monitors run: they may be driven soon.
@@ -68,7 +70,7 @@ impl Permission {
     pub const fn is_armed(self) -> bool {
         match self {
             Self::Armed | Self::MotorCheck | Self::Drive => true,
-            Self::Unmonitored | Self::Off => false,
+            Self::Search | Self::Passthrough | Self::Off => false,
         }
     }
 
@@ -76,7 +78,7 @@ impl Permission {
     pub const fn drives_motors(self) -> bool {
         match self {
             Self::MotorCheck | Self::Drive => true,
-            Self::Unmonitored | Self::Off | Self::Armed => false,
+            Self::Search | Self::Passthrough | Self::Off | Self::Armed => false,
         }
     }
 }

@@ -24,7 +24,7 @@ impl<B: Bus> Bridge<'_, B> {
                 return Progress::Sampled;
             }
             BusEvent::Client => {
-                self.finish_client();
+                self.port.finish(&self.sequencer);
                 return Progress::Served;
             }
             BusEvent::Health(health) => {
@@ -54,8 +54,8 @@ impl<B: Bus> Bridge<'_, B> {
     }
 
     /// Queues a notification for the host. It is lost if the host does not fetch it.
-    fn notify(&mut self, notification: Notification) {
-        let _ = self.end.notifications.enqueue(notification);
+    pub(super) fn notify(&mut self, notification: Notification) {
+        let _ = self.mailbox.notify(notification);
     }
 
     /// Notifies the host of firmware, speed and readiness of the servos.

@@ -116,10 +116,12 @@ impl Channels {
         let (answers_in, answers_out) = self.to_client.split();
         (
             BridgeEnd {
-                requests: requests_out,
-                notifications: notifications_in,
-                records: records_in,
-                signals: self.signals.reader(),
+                mailbox: Mailbox {
+                    requests: requests_out,
+                    notifications: notifications_in,
+                    records: records_in,
+                    signals: self.signals.reader(),
+                },
                 client: BusSide {
                     from_client: client_out,
                     to_client: answers_in,
@@ -143,11 +145,16 @@ impl Channels {
 
 /// The tick's end.
 pub struct BridgeEnd<'a> {
-    requests: Receiver<'a, HostRequest, REQUESTS>,
-    pub(super) notifications: Sender<'a, Notification, NOTIFICATIONS>,
-    pub(super) records: Sender<'a, Record, RECORDS>,
-    pub(super) signals: SignalReader<'a>,
+    pub(super) mailbox: Mailbox<'a>,
     pub(super) client: BusSide<'a>,
+}
+
+/// The queues between tick and host.
+pub(super) struct Mailbox<'a> {
+    requests: Receiver<'a, HostRequest, REQUESTS>,
+    notifications: Sender<'a, Notification, NOTIFICATIONS>,
+    records: Sender<'a, Record, RECORDS>,
+    pub(super) signals: SignalReader<'a>,
 }
 
 /// The link's end.
@@ -192,7 +199,10 @@ impl<'a> BridgeEnd<'a> {
     /// A watch over this end's queues.
     pub fn watch(&self) -> QueueWatch<'a> {
         QueueWatch {
-            for_link: [self.records.sent(), self.notifications.sent()],
+            for_link: [
+                self.mailbox.records.sent(),
+                self.mailbox.notifications.sent(),
+            ],
             for_client: [
                 self.client.to_client.sent(),
                 self.client.from_client.received(),
@@ -203,7 +213,18 @@ impl<'a> BridgeEnd<'a> {
     }
 }
 
-impl BridgeEnd<'_> {
+impl Mailbox<'_> {
+    /// Queues a notification for the host. `false` if the queue is full: the host does not fetch
+    /// them, and repeats its hello.
+    pub(super) fn notify(&mut self, notification: Notification) -> bool {
+        self.notifications.enqueue(notification).is_ok()
+    }
+
+    /// Queues a record for the host; `false` if the queue is full.
+    pub(super) fn publish(&mut self, record: &Record) -> bool {
+        self.records.enqueue(*record).is_ok()
+    }
+
     /// Takes the oldest command.
     pub(super) fn take_request(&mut self) -> Option<HostRequest> {
         self.requests.dequeue()
@@ -253,12 +274,8 @@ mod tests {
         link.signals.stop(StopSource::Host);
         assert_eq!(activity(), (false, false));
 
-        assert!(tick.signals.take().stop.is_some());
-        assert!(
-            tick.notifications
-                .enqueue(Notification::Passthrough)
-                .is_ok()
-        );
+        assert!(tick.mailbox.signals.take().stop.is_some());
+        assert!(tick.mailbox.notify(Notification::Passthrough));
         assert_eq!(activity(), (true, false));
         assert!(link.notifications.dequeue().is_some());
         assert_eq!(activity(), (false, false));

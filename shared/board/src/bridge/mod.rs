@@ -56,13 +56,14 @@ mod temperature;
 pub mod transparent_port;
 
 pub use crate::tick::{can_run, limits, permits, settings_refusal};
+use channels::Mailbox;
 pub use channels::{BridgeEnd, Channels, LinkEnd, QueueWatch};
 pub use link_port::LinkPort;
 
 use armbridge_servo::bus::Bus;
 use core::convert::Infallible;
 
-use crate::sequencer::{BusPermission, BusSequencer, Dropouts};
+use crate::sequencer::{BusSequencer, Dropouts};
 use crate::supervisor::State;
 use crate::tick::LoopConfig;
 pub use app_core::MemoryRegion;
@@ -96,9 +97,9 @@ pub enum Progress {
 /// The application, as seen from the tick.
 pub struct Bridge<'a, B> {
     sequencer: BusSequencer<B>,
-    end: BridgeEnd<'a>,
+    mailbox: Mailbox<'a>,
     core: Core,
-    port: TransparentPort,
+    port: TransparentPort<'a>,
     supply: Supply,
     /// Samples of the last tick.
     sampled: TickSamples,
@@ -124,8 +125,8 @@ impl<'a, B: Bus> Bridge<'a, B> {
         Ok(Self {
             core: Core::new(&LoopConfig::build(settings)?, now_us),
             sequencer: BusSequencer::new(bus, SERVO_IDS, now_us),
-            end,
-            port: TransparentPort::default(),
+            mailbox: end.mailbox,
+            port: TransparentPort::new(end.client),
             supply: Supply::new(now_us),
             sampled: TickSamples::NONE,
             temperatures: Temperatures::default(),
@@ -143,23 +144,25 @@ impl<'a, B: Bus> Bridge<'a, B> {
         let now_us = self.monotonic_now(now_us);
         self.core.check_state();
         self.apply_core_actions();
-        if self.end.signals.has_news() {
+        if self.mailbox.signals.has_news() {
             self.take_requests();
         }
-        self.poll_client();
-        self.sequencer.permit(self.bus_permission(), now_us);
+        if !self.port.is_quiet() || self.core.state() == State::Passthrough {
+            self.poll_port();
+        }
+        self.sequencer.permit(self.core.permission(), now_us);
         if let Some(event) = self.sequencer.poll(now_us) {
             let progress = self.take_bus_event(event);
-            self.relay_tapped_bytes();
+            self.port.send_tapped(&mut self.sequencer);
             return Ok(progress);
         }
-        self.relay_tapped_bytes();
+        self.port.send_tapped(&mut self.sequencer);
         let tick_due_us = self.core.next_start_us();
         if !self.sequencer.is_idle() {
             return Err(nb::Error::WouldBlock);
         }
         if self.sequencer.is_passthrough() {
-            self.relay();
+            self.port.relay(&mut self.sequencer, now_us);
         } else if self.sequencer.is_ticking() {
             let is_due = now_us >= tick_due_us;
             let is_slot = !is_due || self.sequencer.is_check_due();
@@ -167,22 +170,23 @@ impl<'a, B: Bus> Bridge<'a, B> {
                 if is_due {
                     self.begin_tick();
                 } else {
-                    self.serve_client(tick_due_us);
+                    let (bus, samples) = (&mut self.sequencer, &self.sampled);
+                    self.port.serve(bus, &self.core, samples, tick_due_us);
                 }
             }
         }
         Err(nb::Error::WouldBlock)
     }
 
-    /// The supervisor's permission for the bus.
-    fn bus_permission(&self) -> BusPermission {
-        match self.core.state() {
-            State::Boot => BusPermission::Search,
-            State::Idle | State::Fault => BusPermission::Off,
-            State::Armed => BusPermission::Armed,
-            State::MotorCheck | State::Running | State::Degraded => BusPermission::Drive,
-            State::Passthrough => BusPermission::Passthrough,
+    /// Lets the client of the transparent port have or lose the bus. Not inlined: most polls find
+    /// no client.
+    #[inline(never)]
+    fn poll_port(&mut self) {
+        if let Some(event) = self.port.poll(&self.sequencer, &self.core) {
+            // Never refused.
+            let _ = self.apply(event);
         }
+        self.port.report(self.core.now_us(), &mut self.mailbox);
     }
 
     /// Permission of the servos' supply, after each poll.
@@ -196,7 +200,7 @@ impl<'a, B: Bus> Bridge<'a, B> {
     pub fn wake_at_us(&self) -> u64 {
         let wake_us = self.sequencer.wake_at_us(self.core.next_start_us());
         let wake_us = if self.sequencer.is_idle() {
-            wake_us.min(self.client_wake_us())
+            wake_us.min(self.port.wake_at_us(self.core.config().limits()))
         } else {
             wake_us
         };
@@ -254,7 +258,7 @@ impl<'a, B: Bus> Bridge<'a, B> {
         let command = self.core.begin_tick(least_us);
         self.apply_core_actions();
         self.sequencer
-            .permit(self.bus_permission(), self.core.now_us());
+            .permit(self.core.permission(), self.core.now_us());
         let (tick, dropouts) = (self.core.tick(), self.dropouts());
         self.sequencer
             .begin_tick(command, tick, &dropouts, available_us);
@@ -282,7 +286,7 @@ impl<'a, B: Bus> Bridge<'a, B> {
     /// machine: feed the watchdog then.
     pub fn publish(&mut self, compute_ns: u32) -> bool {
         self.record.timing.compute_ns = compute_ns;
-        if self.end.records.enqueue(self.record).is_err() {
+        if !self.mailbox.publish(&self.record) {
             self.record.dropped = self.record.dropped.wrapping_add(1);
         }
         self.core.may_feed_watchdog()

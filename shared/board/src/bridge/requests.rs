@@ -17,17 +17,17 @@ impl<B: Bus> Bridge<'_, B> {
     #[inline(never)]
     pub(super) fn take_requests(&mut self) {
         let mut has_left = self.take_signals();
-        while let Some(request) = self.end.take_request() {
-            if !self.end.is_present(&request) {
+        while let Some(request) = self.mailbox.take_request() {
+            if !self.mailbox.is_present(&request) {
                 // The signal that began its epoch may be new.
                 has_left |= self.take_signals();
             }
-            if self.end.is_present(&request) {
+            if self.mailbox.is_present(&request) {
                 self.core.note_host();
                 self.take_command(&request);
             } else {
                 let notification = Notification::Dropped(request.sequence);
-                let _ = self.end.notifications.enqueue(notification);
+                self.notify(notification);
             }
         }
         if has_left {
@@ -39,7 +39,7 @@ impl<B: Bus> Bridge<'_, B> {
     /// Takes the signals. Returns whether a host has left, whose last commands precede its
     /// goodbye.
     fn take_signals(&mut self) -> bool {
-        let signals = self.end.signals.take();
+        let signals = self.mailbox.signals.take();
         if let Some(source) = signals.stop {
             self.emergency_stop(source);
         }
@@ -60,16 +60,13 @@ impl<B: Bus> Bridge<'_, B> {
     fn begin_session(&mut self) {
         self.core.begin_session();
         self.apply_core_actions();
-        let _ = self
-            .end
-            .notifications
-            .enqueue(Notification::Began(self.core.moment()));
+        self.notify(Notification::Began(self.core.moment()));
         self.announce();
         if let Some(trip) = self.core.cause() {
-            let _ = self.end.notifications.enqueue(Notification::Tripped(trip));
+            self.notify(Notification::Tripped(trip));
             // An earlier host may have had the report.
             if let Some(report) = self.sequencer.last_off_report() {
-                let _ = self.end.notifications.enqueue(Notification::Off(report));
+                self.notify(Notification::Off(report));
             }
         }
     }
@@ -92,7 +89,7 @@ impl<B: Bus> Bridge<'_, B> {
             Notification::Ack(sequence, self.perform(command), moment)
         };
         // Lost if the host does not fetch them: it repeats its hello.
-        let _ = self.end.notifications.enqueue(notification);
+        self.notify(notification);
     }
 
     fn perform(&mut self, command: &ValidatedCommand) -> Result<(), Refusal> {

@@ -1,6 +1,6 @@
 //! The exchange of a tick: a torque with permission to drive, and motors off otherwise.
 
-use super::{BusPermission, BusSequencer, Dropouts, State};
+use super::{BusSequencer, Dropouts, State};
 use armbridge_servo::bus::Bus;
 use armbridge_servo::master::Transaction;
 use armbridge_servo::{Firmware, JOINTS, Pwm};
@@ -24,7 +24,7 @@ impl<B: Bus> BusSequencer<B> {
         self.tick = tick;
         self.master.set_available(available_us);
         let transaction = match self.state {
-            State::Drive if self.permission == BusPermission::Drive => Transaction::Drive(pwm),
+            State::Drive if self.permission.drives_motors() => Transaction::Drive(pwm),
             State::ForceOff => self.off_exchange(tick, dropouts),
             State::Drive | State::Search(_) | State::Passthrough => return,
         };

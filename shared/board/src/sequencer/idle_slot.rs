@@ -8,7 +8,8 @@ use super::force_off::CheckKind;
 use super::health_poll::HealthRequest;
 use super::idle_request::{IdleRequest, Owner};
 use super::time_budget::TimeBudget;
-use super::{BusPermission, BusSequencer, Dropouts, State};
+use super::{BusSequencer, Dropouts, State};
+use armbridge_link::record::Permission;
 use armbridge_servo::Query;
 use armbridge_servo::bus::Bus;
 use armbridge_servo::master::timing::{GUARD_US, reply_latency_us, same_servo_guard_us};
@@ -26,7 +27,7 @@ impl<B: Bus> BusSequencer<B> {
             return true;
         }
         let firmware = self.firmware();
-        let may_drive = matches!(self.permission, BusPermission::Armed | BusPermission::Drive);
+        let may_drive = self.permission.is_armed();
         let due = self.health.next(firmware, self.now_us, dropouts, may_drive);
         let Some((health, may_be_late)) = due else {
             return false;
@@ -71,7 +72,7 @@ impl<B: Bus> BusSequencer<B> {
         let request = IdleRequest {
             query,
             owner: Owner::Off(check),
-            may_be_late: self.permission == BusPermission::Off,
+            may_be_late: self.permission == Permission::Off,
         };
         let is_sent = self.request(&request, tick_due_us);
         if is_sent {

@@ -73,11 +73,12 @@ mod time_budget;
 
 pub use dropouts::Dropouts;
 pub use health_poll::Health;
-pub use state::{BusEvent, BusPermission};
+pub use state::BusEvent;
 pub(crate) use state::{SearchStep, State};
 pub use time_budget::TimeBudget;
 
 use armbridge_link::message::OffReport;
+use armbridge_link::record::Permission;
 use armbridge_servo::bus::Bus;
 use armbridge_servo::master::timing::tick_us;
 use armbridge_servo::master::{Master, Payload};
@@ -96,7 +97,7 @@ pub struct BusSequencer<B> {
     master: Master<B>,
     ids: [ServoId; JOINTS],
     state: State,
-    permission: BusPermission,
+    permission: Permission,
     /// Stops that precede every other packet.
     stops: StopPlan,
     /// Speeds at which servos may run since a client had the bus.
@@ -129,7 +130,7 @@ impl<B: Bus> BusSequencer<B> {
             master: Master::new(bus, ids),
             ids,
             state: State::Search(SearchStep::Stop),
-            permission: BusPermission::Search,
+            permission: Permission::Search,
             stops: StopPlan::default(),
             client_speeds: Speeds::new(),
             discovery: Discovery::default(),
@@ -210,35 +211,38 @@ impl<B: Bus> BusSequencer<B> {
     }
 
     /// Sets the supervisor's permission. A use of the bus that it withdraws ends here.
-    pub fn permit(&mut self, permission: BusPermission, now_us: u64) {
+    pub fn permit(&mut self, permission: Permission, now_us: u64) {
         self.now_us = now_us;
         self.permission = permission;
-        if permission != BusPermission::Drive {
+        if !permission.drives_motors() {
             self.master.cancel_drive();
         }
         match (self.state, permission) {
-            (State::Passthrough, BusPermission::Passthrough)
+            (State::Passthrough, Permission::Passthrough)
             | (
                 State::Search(_),
-                BusPermission::Search
-                | BusPermission::Off
-                | BusPermission::Armed
-                | BusPermission::Drive,
+                Permission::Search
+                | Permission::Off
+                | Permission::Armed
+                | Permission::MotorCheck
+                | Permission::Drive,
             )
-            | (State::ForceOff, BusPermission::Off | BusPermission::Armed)
-            | (State::Drive, BusPermission::Drive) => {}
-            (State::Search(SearchStep::SetUp(step)), BusPermission::Passthrough)
+            | (State::ForceOff, Permission::Off | Permission::Armed)
+            | (State::Drive, Permission::MotorCheck | Permission::Drive) => {}
+            (State::Search(SearchStep::SetUp(step)), Permission::Passthrough)
                 if step.is_restore() => {}
-            (State::Drive, BusPermission::Off | BusPermission::Armed) => {
+            (State::Drive, Permission::Off | Permission::Armed) => {
                 self.state = State::ForceOff;
                 self.off.begin(now_us, false);
             }
-            (State::ForceOff, BusPermission::Drive) => self.state = State::Drive,
-            (State::Search(_) | State::ForceOff | State::Drive, BusPermission::Passthrough) => {
+            (State::ForceOff, Permission::MotorCheck | Permission::Drive) => {
+                self.state = State::Drive;
+            }
+            (State::Search(_) | State::ForceOff | State::Drive, Permission::Passthrough) => {
                 self.begin_passthrough();
             }
             (State::Passthrough, _) => self.end_passthrough(),
-            (State::ForceOff | State::Drive, BusPermission::Search) => {
+            (State::ForceOff | State::Drive, Permission::Search) => {
                 self.off = ForceOff::default();
                 self.search();
             }
@@ -334,7 +338,7 @@ impl<B: Bus> BusSequencer<B> {
     /// Whether a check of the motors goes before a tick that is due: with motors off a late
     /// tick does no harm, and on a slow bus ticks may leave no idle slot.
     pub fn is_check_due(&self) -> bool {
-        let is_off = self.state == State::ForceOff && self.permission == BusPermission::Off;
+        let is_off = self.state == State::ForceOff && self.permission == Permission::Off;
         is_off && self.off.next_check(self.now_us).is_some()
     }
 

@@ -5,7 +5,8 @@
 
 use super::idle_request::Owner;
 use super::stop_plan::add_speed;
-use super::{BusPermission, BusSequencer, State};
+use super::{BusSequencer, State};
+use armbridge_link::record::Permission;
 use armbridge_servo::ClientFrame;
 use armbridge_servo::bus::Bus;
 
@@ -16,7 +17,7 @@ impl<B: Bus> BusSequencer<B> {
     /// Whether a client's packet would be relayed now.
     pub fn is_passthrough(&self) -> bool {
         self.state == State::Passthrough
-            && self.permission == BusPermission::Passthrough
+            && self.permission == Permission::Passthrough
             && !self.is_stopping()
             && self.is_idle()
     }

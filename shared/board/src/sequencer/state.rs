@@ -1,4 +1,4 @@
-//! States of the sequencer, permissions of the supervisor, and events of a poll.
+//! States of the sequencer, and events of a poll.
 
 use super::health_poll::Health;
 use super::setup_step::SetupStep;
@@ -6,21 +6,6 @@ use crate::checkpoints::Checkpoints;
 use armbridge_link::message::Missing;
 use armbridge_servo::master::Outcome;
 use armbridge_servo::{Firmware, JOINTS};
-
-/// The supervisor's permission for the bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BusPermission {
-    /// Search for the servos only, motors off.
-    Search,
-    /// Ticks with motors off.
-    Off,
-    /// Ticks with motors off, none of them late: motors may be driven soon.
-    Armed,
-    /// Ticks that drive the motors.
-    Drive,
-    /// Relay of a client's packets.
-    Passthrough,
-}
 
 /// State of the sequencer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

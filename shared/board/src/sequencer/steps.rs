@@ -4,9 +4,10 @@ use super::discovery::Next;
 use super::idle_request::Owner;
 use super::servo_setup::Progress;
 use super::setup_step::{SetupGoal, SetupStep};
-use super::{BusEvent, BusPermission, BusSequencer, Discovery, SearchStep, State};
+use super::{BusEvent, BusSequencer, Discovery, SearchStep, State};
 use crate::checkpoints::{Checkpoints, Machine};
 use armbridge_link::message::{Missing, Sample};
+use armbridge_link::record::Permission;
 use armbridge_servo::bus::Bus;
 use armbridge_servo::master::timing::reply_latency_us;
 use armbridge_servo::master::{Outcome, Transaction};
@@ -35,7 +36,7 @@ impl<B: Bus> BusSequencer<B> {
         match self.state {
             State::Search(step) if now_us >= self.next_us => self.begin_search_step(step),
             State::ForceOff
-                if self.off.is_stop_due(now_us) && self.permission == BusPermission::Off =>
+                if self.off.is_stop_due(now_us) && self.permission == Permission::Off =>
             {
                 self.plan_stops();
                 let (stop, baud) = self.stops.take()?;

@@ -130,11 +130,13 @@ impl Supervisor {
         decode(self.word, &WORDS).is_some()
     }
 
-    /// Permission for a tick.
+    /// Permission for bus and control loop.
+    #[inline]
     pub fn permission(&self) -> Permission {
         match self.state() {
-            State::Boot => Permission::Unmonitored,
-            State::Idle | State::Passthrough | State::Fault => Permission::Off,
+            State::Boot => Permission::Search,
+            State::Passthrough => Permission::Passthrough,
+            State::Idle | State::Fault => Permission::Off,
             State::MotorCheck => Permission::MotorCheck,
             State::Armed => Permission::Armed,
             State::Running | State::Degraded => Permission::Drive,

@@ -142,7 +142,7 @@ pub fn step(
     }
 
     // Monitor: samples, estimate and motion against the limits, under the torque that acted.
-    if status.permission != Permission::Unmonitored {
+    if status.permission != Permission::Search {
         let is_held = status.is_driven() && this.drive().is_closed_loop();
         let reference_rad_s = this.reference.dq.into();
         let is_armed = status.is_armed();

@@ -43,7 +43,7 @@ impl TickStatus {
     /// Switches motors off; the first cause is kept, because later ones often follow from it.
     pub(super) fn trip(&mut self, violation: Violation) {
         self.fault.get_or_insert(violation);
-        if self.permission != Permission::Unmonitored {
+        if self.permission != Permission::Search {
             self.permission = Permission::Off;
         }
     }

@@ -13,8 +13,8 @@ impl Core {
     /// The present instant for the control loop.
     fn instant(&self) -> Instant {
         Instant {
-            us: self.now_us,
-            acts_us: self.next_start_us,
+            us: self.schedule.now_us,
+            acts_us: self.schedule.next_start_us,
             is_driven: self.state().is_driven(),
         }
     }
@@ -143,8 +143,12 @@ impl Core {
         }
         self.are_motors_checked &= !is_other_servo;
         let config = self.config.with_control(control);
-        self.control_loop
-            .install(&self.config, &config, is_driven, self.next_start_us);
+        self.control_loop.install(
+            &self.config,
+            &config,
+            is_driven,
+            self.schedule.next_start_us,
+        );
         self.config = config;
         Ok(())
     }

@@ -27,19 +27,25 @@
 //! |------------|---------------------------------------------------------|
 //! | `tick`     | beginning, decision and record of a tick                |
 //! | `commands` | commands of the host, accepted or refused               |
+//! | `schedule` | number, beginning and lateness of the ticks             |
+//! | `integrity` | comparison of the configuration with its check words   |
 //!
 //! Time is an input, in µs: [`Core::set_time`].
 
 mod commands;
+mod integrity;
+mod schedule;
 mod tick;
 
 use crate::checkpoints::Checkpoints;
 use crate::supervisor::{Action, Event, State, Supervisor};
 use crate::tick::{ControlLoop, LoopConfig};
 use armbridge_link::experiment::Conclusion;
-use armbridge_link::message::{Drive, Fault, Missing, Mode, Moment, Refusal, Sample, Timing, Trip};
-use armbridge_link::record::Violation;
+use armbridge_link::message::{Drive, Fault, Missing, Mode, Moment, Refusal, Sample, Trip};
+use armbridge_link::record::{Permission, Violation};
 use armbridge_servo::{Alarms, JOINTS, Pwm};
+use integrity::IntegrityCheck;
+use schedule::Schedule;
 
 /// Motors off.
 const OFF: [Pwm; JOINTS] = [Pwm::OFF; JOINTS];
@@ -117,21 +123,14 @@ pub(crate) struct Core {
     control_loop: ControlLoop,
     config: LoopConfig,
     integrity: IntegrityCheck,
+    schedule: Schedule,
     /// PWM in force, and that of the next tick.
     in_force: [Pwm; JOINTS],
     next: [Pwm; JOINTS],
     /// Whether the next tick is the first since bring-up.
     is_first: bool,
-    /// Planned beginning of the next tick, in µs.
-    next_start_us: u64,
-    now_us: u64,
     /// Time of the last frame of the host, in µs.
     host_frame_us: u64,
-    tick: u32,
-    /// Number of the last decided tick.
-    decided: u32,
-    start_us: u64,
-    timing: Timing,
     overruns_in_row: u8,
     /// Checkpoints of the last decided tick.
     checkpoints: Checkpoints,
@@ -143,13 +142,6 @@ pub(crate) struct Core {
     are_motors_checked: bool,
 }
 
-/// Schedule of the comparison of sections with their check words.
-#[derive(Clone, Copy, Debug, Default)]
-struct IntegrityCheck {
-    section: u32,
-    wait: u32,
-}
-
 impl Core {
     /// A core in its initial state, at this time.
     pub(crate) fn new(config: &LoopConfig, now_us: u64) -> Self {
@@ -158,16 +150,11 @@ impl Core {
             control_loop: ControlLoop::new(config),
             config: *config,
             integrity: IntegrityCheck::default(),
+            schedule: Schedule::new(now_us),
             in_force: OFF,
             next: OFF,
             is_first: false,
-            next_start_us: now_us,
-            now_us,
             host_frame_us: now_us,
-            tick: 0,
-            decided: 0,
-            start_us: 0,
-            timing: Timing::default(),
             overruns_in_row: 0,
             checkpoints: Checkpoints::default(),
             bus_action: None,
@@ -179,27 +166,33 @@ impl Core {
 
     /// Sets the time, in µs; it never goes back.
     pub(crate) fn set_time(&mut self, now_us: u64) {
-        self.now_us = now_us;
+        self.schedule.now_us = now_us;
     }
 
     /// The time that was set last, in µs.
     pub(crate) fn now_us(&self) -> u64 {
-        self.now_us
+        self.schedule.now_us
     }
 
     /// Planned beginning of the next tick, in µs.
     pub(crate) fn next_start_us(&self) -> u64 {
-        self.next_start_us
+        self.schedule.next_start_us
     }
 
     /// Sets the planned beginning of the next tick, in µs.
     pub(crate) fn set_next_start(&mut self, at_us: u64) {
-        self.next_start_us = at_us;
+        self.schedule.next_start_us = at_us;
     }
 
     /// The supervisor's state.
     pub(crate) fn state(&self) -> State {
         self.supervisor.state()
+    }
+
+    /// The supervisor's permission for bus and control loop.
+    #[inline]
+    pub(crate) fn permission(&self) -> Permission {
+        self.supervisor.permission()
     }
 
     /// Mode of the board.
@@ -230,7 +223,7 @@ impl Core {
 
     /// Number of the tick under way.
     pub(crate) fn tick(&self) -> u32 {
-        self.tick
+        self.schedule.tick
     }
 
     /// Consecutive missing samples of this joint.
@@ -246,9 +239,9 @@ impl Core {
     /// The present moment, for the acknowledgement of a command.
     pub(crate) fn moment(&self) -> Moment {
         Moment {
-            tick: self.tick,
-            is_decided: self.decided == self.tick,
-            at_us: self.now_us,
+            tick: self.schedule.tick,
+            is_decided: self.schedule.decided == self.schedule.tick,
+            at_us: self.schedule.now_us,
             mode: self.mode(),
         }
     }
@@ -278,7 +271,7 @@ impl Core {
 
     /// Notes a frame of the host.
     pub(crate) fn note_host(&mut self) {
-        self.host_frame_us = self.now_us;
+        self.host_frame_us = self.schedule.now_us;
     }
 
     // Events
@@ -289,8 +282,8 @@ impl Core {
         let action = self.supervisor.trip(Trip {
             fault: violation.fault,
             joint: violation.joint,
-            tick: self.tick,
-            at_us: self.now_us,
+            tick: self.schedule.tick,
+            at_us: self.schedule.now_us,
             value: violation.value,
             limit: violation.limit,
         });
@@ -340,7 +333,7 @@ impl Core {
             Action::HandOver => BusAction::HandOver,
         };
         // The bus action does not wait for the next tick.
-        self.next_start_us = self.now_us;
+        self.schedule.start_now();
         self.bus_action = Some(bus_action);
     }
 

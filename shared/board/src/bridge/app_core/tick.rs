@@ -4,17 +4,17 @@ use super::{Core, OFF, TickSamples};
 use crate::checkpoints::Machine;
 use crate::supervisor::{Event, State};
 use crate::tick::limits::LATE_MAX_US;
-use crate::tick::{CHECK_US, step};
+use crate::tick::step;
 use armbridge_link::experiment::{Conclusion, ExperimentEnd};
-use armbridge_link::message::{Fault, Record, Timing};
-use armbridge_link::record::{Fallback, Permission, TickInput, TickOutput, Violation};
+use armbridge_link::message::{Fault, Record};
+use armbridge_link::record::{Fallback, TickInput, TickOutput, Violation};
 use armbridge_servo::{Alarms, JOINTS, Pwm};
 
 impl Core {
     /// Whether the tick may feed the watchdog: it began in time, and passed every state
     /// machine.
     pub(crate) fn may_feed_watchdog(&self) -> bool {
-        self.overruns_in_row == 0 && self.checkpoints.is_complete(self.tick)
+        self.overruns_in_row == 0 && self.checkpoints.is_complete(self.schedule.tick)
     }
 
     /// Period in µs, at least the shortest that the bus allows. A bus that is too slow
@@ -27,13 +27,7 @@ impl Core {
     /// decided command in force, and plans the next tick.
     pub(crate) fn begin_tick(&mut self, least_period_us: u32) -> [Pwm; JOINTS] {
         let period_us = u64::from(self.period_us(least_period_us));
-        let late_us = self.now_us.saturating_sub(self.next_start_us);
-        let missed = if late_us < period_us {
-            0
-        } else {
-            late_us.checked_div(period_us).unwrap_or(0)
-        };
-        self.next_start_us += (missed + 1) * period_us;
+        let (late_us, missed) = self.schedule.plan_next(period_us);
         if missed > 0 && self.state().is_armed() {
             self.overruns_in_row = self.overruns_in_row.saturating_add(1);
             if self.overruns_in_row >= self.config.limits().overruns || late_us > LATE_MAX_US {
@@ -46,38 +40,28 @@ impl Core {
         } else {
             self.overruns_in_row = 0;
         }
-        if !matches!(
-            self.supervisor.permission(),
-            Permission::MotorCheck | Permission::Drive
-        ) {
+        if !self.permission().drives_motors() {
             self.next = OFF;
         }
+        self.schedule.begin_tick(late_us, missed);
         self.in_force = self.next;
-        self.tick = self.tick.wrapping_add(1);
-        self.start_us = self.now_us;
-        self.timing = Timing {
-            start_error_us: late_us as u32,
-            missed: self.timing.missed.wrapping_add(missed as u32),
-            ..Timing::default()
-        };
         self.in_force
     }
 
     /// Decides the tick that has begun, and makes its record of inputs and outputs.
     pub(crate) fn decide(&mut self, sampled: &TickSamples, record: &mut Record) {
-        self.timing.bus_us = sampled.bus_us;
-        // The processor divides 32 bits in hardware.
-        let silent_us = self.now_us.saturating_sub(self.host_frame_us);
-        let silent_us = u32::try_from(silent_us).unwrap_or(u32::MAX);
-        record.tick = self.tick;
-        record.timing = self.timing;
+        let schedule = &mut self.schedule;
+        schedule.timing.bus_us = sampled.bus_us;
+        record.tick = schedule.tick;
+        record.timing = schedule.timing;
+        let is_armed = self.supervisor.state().is_armed();
         record.input = TickInput {
-            start_us: self.start_us,
-            lead_us: self.next_start_us.saturating_sub(self.start_us) as u32,
+            start_us: schedule.start_us,
+            lead_us: schedule.lead_us(),
             permission: self.supervisor.permission(),
             is_first: core::mem::take(&mut self.is_first),
-            is_config_intact: self.check_integrity(),
-            host_silent_ms: u16::try_from(silent_us.div_ceil(1_000)).unwrap_or(u16::MAX),
+            is_config_intact: !is_armed || self.integrity.tick(&self.config),
+            host_silent_ms: schedule.ms_since(self.host_frame_us),
             samples: sampled.samples,
             alarms: sampled.alarms.map(Alarms::bits),
             pwm_in_force: self.in_force.map(Pwm::counts),
@@ -92,7 +76,7 @@ impl Core {
         self.apply_output(&record.output);
         self.checkpoints = checkpoints.pass(Machine::Supervisor);
         self.next = self.control_loop.pwm();
-        self.decided = self.tick;
+        self.schedule.decided = self.schedule.tick;
         record.mode = self.mode();
     }
 
@@ -132,33 +116,13 @@ impl Core {
 
     /// Notes the end of an experiment for the host.
     pub(super) fn conclude_experiment(&mut self, end: ExperimentEnd) {
-        let tick = self.tick;
+        let tick = self.schedule.tick;
         self.conclusion = Some(Conclusion { tick, end });
-    }
-
-    /// Compares sections of the configuration with their check words, in turn, while
-    /// motors may be driven.
-    fn check_integrity(&mut self) -> bool {
-        const { assert!(CHECK_US < 10_000) };
-        if !self.state().is_armed() {
-            return true;
-        }
-        let check = &mut self.integrity;
-        if let Some(wait) = check.wait.checked_sub(1) {
-            check.wait = wait;
-            return true;
-        }
-        let (sections, ticks) = self.config.check_pace();
-        check.wait = ticks - 1;
-        (0..sections).all(|_| {
-            check.section = check.section.wrapping_add(1);
-            self.config.check_section(check.section)
-        })
     }
 
     /// Begins ticks now: the servos have been found and set up.
     pub(crate) fn begin_ticking(&mut self) {
-        self.next_start_us = self.now_us;
+        self.schedule.start_now();
         self.control_loop.restart();
         self.is_first = true;
         self.overruns_in_row = 0;

@@ -44,8 +44,8 @@ use armbridge_link::message::PortCounters;
 const REPORT_US: u64 = 100_000;
 
 /// The transparent port's state, as the tick keeps it.
-#[derive(Debug, Default)]
-pub(super) struct TransparentPort {
+pub(super) struct TransparentPort<'a> {
+    client: BusSide<'a>,
     framer: Framer,
     /// A whole packet that waits; the framer holds its bytes.
     waiting: Option<FrameKind>,
@@ -84,7 +84,26 @@ impl Counters {
     }
 }
 
-impl TransparentPort {
+impl<'a> TransparentPort<'a> {
+    /// A port whose client has sent nothing yet.
+    pub(super) fn new(client: BusSide<'a>) -> Self {
+        Self {
+            client,
+            framer: Framer::default(),
+            waiting: None,
+            pending: None,
+            since_us: 0,
+            tries: 0,
+            has_waited: false,
+            counters: Counters::default(),
+            reported_us: 0,
+            was_open: false,
+            claimed_until_us: 0,
+            relayed_us: 0,
+            may_have_driven: false,
+        }
+    }
+
     /// Whether a client's request waits for the slack of a tick.
     pub(super) fn is_waiting(&self) -> bool {
         self.pending.is_some()
@@ -96,8 +115,11 @@ impl TransparentPort {
     }
 
     /// Whether there is nothing of a client's to work on, and nothing to report.
-    fn is_quiet(&self) -> bool {
-        self.waiting.is_none() && self.framer.is_empty() && !self.counters.has_changed
+    pub(super) fn is_quiet(&self) -> bool {
+        self.client.is_empty()
+            && self.waiting.is_none()
+            && self.framer.is_empty()
+            && !self.counters.has_changed
     }
 
     /// Notes that the bus is taken back from the client.

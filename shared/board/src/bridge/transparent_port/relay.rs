@@ -6,36 +6,41 @@
 //! longer than [`client_silence_ms`](armbridge_link::limits::Limits::client_silence_ms),
 //! loses the bus: the stop sequence and a new search for the servos follow.
 
-use super::super::Bridge;
+use super::TransparentPort;
+use crate::sequencer::BusSequencer;
+use armbridge_link::message::Limits;
 use armbridge_servo::bus::Bus;
 
-impl<B: Bus> Bridge<'_, B> {
+impl TransparentPort<'_> {
     /// Sends the client's packet unchanged; the client has the bus, and it is idle.
-    pub(in crate::bridge) fn relay(&mut self) {
+    pub(in crate::bridge) fn relay<B: Bus>(
+        &mut self,
+        sequencer: &mut BusSequencer<B>,
+        now_us: u64,
+    ) {
         // A request from the idle slots of ticks is dropped.
-        self.port.pending = None;
-        let Some(kind) = self.port.waiting.take() else {
+        self.pending = None;
+        let Some(kind) = self.waiting.take() else {
             return;
         };
-        let baud = self.end.client.line().baud;
-        let frame = self.port.framer.frame(kind);
+        let baud = self.client.line().baud;
+        let frame = self.framer.frame(kind);
         let may_drive = frame.may_drive();
-        let is_sent = self.sequencer.relay(&frame, baud);
+        let is_sent = sequencer.relay(&frame, baud);
         if is_sent {
-            self.port.relayed_us = self.core.now_us();
-            self.port.may_have_driven |= may_drive;
+            self.relayed_us = now_us;
+            self.may_have_driven |= may_drive;
         }
-        self.port.count(is_sent);
+        self.count(is_sent);
     }
 
     /// The time at which a client that may have set a motor moving has been silent for too
     /// long.
-    pub(super) fn client_silent_at_us(&self) -> Option<u64> {
-        let silence_ms = self.core.config().limits().client_silence_ms;
-        let watched = self.port.may_have_driven && silence_ms > 0;
+    pub(super) fn silent_at_us(&self, limits: &Limits) -> Option<u64> {
+        let watched = self.may_have_driven && limits.client_silence_ms > 0;
         watched.then(|| {
-            let since_us = self.port.relayed_us;
-            since_us.saturating_add(u64::from(silence_ms) * 1_000)
+            let silence_us = u64::from(limits.client_silence_ms) * 1_000;
+            self.relayed_us.saturating_add(silence_us)
         })
     }
 }
