@@ -9,7 +9,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// What the image prints under QEMU, one virtual ns an instruction.
+/// Output of the image under QEMU, one virtual ns an instruction.
 fn printed() -> String {
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or(root().join("target"), PathBuf::from);
     let image = target.join("thumbv7em-none-eabihf/firmware/instruction-count");

@@ -1,5 +1,4 @@
-//! How well the arm is controlled: the best set-up, on the whole bench, judged by
-//! where the arm truly was.
+//! Control quality: the best set-up, on the whole bench, judged by the true motion of the arm.
 //!
 //! The default arm has everything that is in a controller's way: static friction
 //! of 0.06 N m and 0.04 N m sliding, angles in counts of 5.1 mrad with one count

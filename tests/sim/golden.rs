@@ -18,7 +18,7 @@ use armbridge_sim::morpheus_servo::{Deafness, ReceiverState, Servo};
 use armbridge_tests::replay::{Outcome, Replay};
 use armbridge_tests::trace::{After, Exchange, Hex, load};
 
-/// How far a time may be from the recorded one, in microseconds. Which turn
+/// Tolerance of a time, in µs. Which turn
 /// of the main loop (6 us) meets a byte, and whether a tick or a control step
 /// comes before or after it, depends on single processor cycles that only the
 /// same machine code would reproduce.

@@ -153,7 +153,7 @@ fn folder(path: &str) -> &str {
     path.split("::").next().unwrap_or_default()
 }
 
-/// What remains of these imports without those that are in no circle.
+/// The imports of these that are in a circle.
 fn circles(mut imports: BTreeSet<(String, String)>) -> BTreeSet<(String, String)> {
     let mut before = 0;
     while before != imports.len() {

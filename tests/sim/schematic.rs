@@ -75,7 +75,7 @@ fn the_schematic_and_the_chapters_name_the_pins_of_the_firmware() {
     }
 }
 
-/// What the enables of the buffer do is written beside them: PC2 is high to send.
+/// The sense of the buffer's enables is written beside them: PC2 is high to send.
 #[test]
 fn the_buffer_is_wired_as_its_table_says() {
     let chapter = read("host/doc/src/first-motion.md");

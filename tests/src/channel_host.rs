@@ -63,7 +63,7 @@ impl Tap for Watcher {
     }
 }
 
-/// How a host's thread ended.
+/// End of a host's thread.
 pub type Ended = Result<(), LinkError<SessionError>>;
 
 /// A station on a link.

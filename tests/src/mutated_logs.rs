@@ -171,7 +171,7 @@ fn peak_bytes() -> u64 {
 /// A way of reading the log at the path; the folder is for files. An error is a right answer.
 type Read = fn(&Path, &Path);
 
-/// What each command does with a log.
+/// Outcome of each command on a log.
 const READERS: [(&str, Read); 6] = [
     ("info", |path, _| {
         if let Ok(info) = Info::read(path) {

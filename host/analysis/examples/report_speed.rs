@@ -1,4 +1,4 @@
-//! How long it takes to keep a run: the log, written and read, and all figures.
+//! Time that the log of a run takes, written and read, and all its figures.
 //!
 //! `cargo run --release -p armbridge-analysis --example report_speed`
 //!

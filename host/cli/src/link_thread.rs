@@ -17,7 +17,7 @@ use armbridge_link::server::{LinkRole, Touch};
 use armbridge_sim::cosim::Interaction;
 use armbridge_sim::link::{BoardUri, Options, drive};
 
-/// How long the board may take to acknowledge that it is disarmed.
+/// Time in which the board must acknowledge that it is disarmed.
 const LEAVE: Duration = Duration::from_secs(3);
 /// Period at which that is checked.
 const LOOK: Duration = Duration::from_millis(10);
@@ -139,7 +139,7 @@ impl LinkThread {
         };
     }
 
-    /// Who commands, on a link that is served to several programs.
+    /// The commanding program, on a link that is served to several.
     pub fn role(&self) -> Option<LinkRole> {
         self.session.status().role
     }

@@ -50,7 +50,7 @@ impl fmt::Display for Endpoint {
     }
 }
 
-/// Who may reach a listener.
+/// Programs that may reach a listener.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exposure {
     /// Programs of this machine.

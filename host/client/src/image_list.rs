@@ -60,7 +60,7 @@ pub enum ImageListError {
     Parse {
         /// Its path.
         path: PathBuf,
-        /// What is wrong, and where.
+        /// Defect, and its place.
         error: serde_json::Error,
     },
 }

@@ -79,7 +79,7 @@ pub struct BoardStatus {
     pub temperature: [Option<u16>; JOINTS],
     /// Result of the last experiment, until another command drives the arm.
     pub concluded: Option<Conclusion>,
-    /// Who commands, on a link that is served to several programs.
+    /// The commanding program, on a link that is served to several.
     pub role: Option<LinkRole>,
     /// Packets on the transparent port.
     pub port: PortCounters,

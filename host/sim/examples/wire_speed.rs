@@ -1,4 +1,4 @@
-//! How fast the wire and two servos run: 10 s of a 1 kHz loop of `SYNC_WR` (to
+//! Speed of the wire and two servos: 10 s of a 1 kHz loop of `SYNC_WR` (to
 //! 0x0F) and CYCLE, printed as simulated seconds per second of wall clock.
 //!
 //! `cargo run --release -p armbridge-sim --example wire_speed`

@@ -44,7 +44,7 @@ const STOP_PRESSED: u64 = 1 << 63;
 /// Where no clock gets: the end of time.
 const LATEST_US: u64 = MORE - 1;
 
-/// How many bytes follow a header, in this order.
+/// Number of bytes that follow a header, in this order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PayloadLens {
     /// Of the control link.
@@ -93,8 +93,7 @@ impl PayloadLens {
         self.lengths().into_iter().sum()
     }
 
-    /// What follows the header as bytes of link, client and bus; `None` if that is
-    /// not all.
+    /// The bytes of link, client and bus after the header; `None` if some are missing.
     pub fn split(self, bytes: &[u8]) -> Option<[&[u8]; 3]> {
         let [link, client, bus] = self.lengths();
         let (link, rest) = bytes.split_at_checked(link)?;

@@ -1,9 +1,8 @@
 //! Every seed of the fuzz targets: all that parses, queues or stores bytes, on one
 //! of everything that it may be fed.
 //!
-//! What must hold is the fuzz targets' business, see `tests/fuzz/src`. Here so
-//! that Miri has little else to look at: it interprets a program, and sees where
-//! a library does with memory what it must not.
+//! The fuzz targets assert what must hold, see `tests/fuzz/src`. The seeds are here for Miri,
+//! which interprets a program and finds accesses to memory that a library must not make.
 
 #[path = "../../../tests/fuzz/src/lib.rs"]
 #[expect(unreachable_pub, reason = "public to the fuzz targets")]

@@ -89,8 +89,8 @@ pub struct Limits {
     pub innovation_rad: f32,
     /// Torque in N m, beyond gravity, that is sure to move a joint.
     pub stuck_nm: f32,
-    /// How long an encoder may repeat one count while a controller holds the joint, in ms, before
-    /// a small motion must change it; 0: as long as its noise explains.
+    /// Time in ms for which an encoder may repeat one count while a controller holds the joint,
+    /// before a small motion must change it; 0: as long as its noise explains.
     pub quiet_ms: u16,
     /// Torque in N m on each joint that the model does not explain, for a second.
     pub external_nm: [f32; JOINTS],

@@ -59,7 +59,7 @@ impl Default for Setup {
 }
 
 impl Setup {
-    /// What stands best on an arm with dry friction: a Kalman filter that finds
+    /// The set-up that stands best on an arm with dry friction: a Kalman filter that finds
     /// disturbance torques, Coulomb friction fed forward, and an LQR
     /// stiffer than the paper's.
     pub fn best() -> Self {

@@ -70,7 +70,7 @@ fn motors_are_off_first_and_clocks_are_those_that_the_program_names(board: TestB
     assert_eq!(run.machine.resets().len(), 1);
 }
 
-/// What `cargo release` lists, and `armbridge status` compares.
+/// The checksum is listed by `cargo release` and compared by `armbridge status`.
 fn the_board_reports_the_checksum_of_its_file(board: TestBoard) {
     let mut run = board.with(listener()).powered_up();
     until_configured(&mut run, ON_USB_MS);

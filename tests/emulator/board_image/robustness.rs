@@ -1,4 +1,4 @@
-//! What a bench on a table does to a board: noise, cables that are pulled, other servos and
+//! Disturbances of a bench on a table: noise, cables that are pulled, other servos and
 //! oscillators, flash that holds anything.
 
 use armbridge_link::message::{Drive, End, Mode, SettingsFrom, ToBoard};

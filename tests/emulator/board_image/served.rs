@@ -22,7 +22,7 @@ use super::{FEATHER, ON_USB_MS, until_configured};
 /// Interval of what is seen of arm and motors.
 const LOOK_MS: u64 = 1;
 
-/// How long the board goes on after its last program.
+/// Time for which the board goes on after its last program.
 const AFTERWARDS: Duration = Duration::from_millis(400);
 
 /// Arm and motors at one time.

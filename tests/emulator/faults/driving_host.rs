@@ -9,10 +9,10 @@ use armbridge_tests::random::Random;
 
 /// Bytes of garbage in [`FLOOD_US`]: 12 Mbaud, the full rate of USB.
 const FLOOD_BYTES: usize = 120;
-/// How often they come.
+/// Period of the commands.
 const FLOOD_US: u64 = 100;
 
-/// How far it has come.
+/// Progress of the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
     Waiting,

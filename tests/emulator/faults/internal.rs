@@ -28,7 +28,7 @@ const TURN_MS: f64 = 2.0;
 const STOP_MS: f64 = 8.0;
 /// The same from the last good tick: 161.5 until the watchdog bites.
 const HANG_MS: f64 = 170.0;
-/// What the stop sequence takes of both: the servos' supply is off before it.
+/// Part of both that the stop sequence takes: the servos' supply is off before it.
 const SEQUENCE_MS: f64 = 7.07;
 /// Ticks of which the records may be on their way when the board fails.
 const TICKS: u32 = 5;

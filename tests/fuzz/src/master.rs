@@ -36,7 +36,7 @@ use embedded_hal_nb::serial::ErrorKind;
 use line::{Line, Port, Transmitter};
 
 const ERRORS: [ErrorKind; 3] = [ErrorKind::FrameFormat, ErrorKind::Noise, ErrorKind::Overrun];
-/// How long a servo may take to answer a request of the transparent port's client, in µs.
+/// Longest time in µs in which a servo answers a request of the transparent port's client.
 const LATENCY_US: u32 = 100;
 /// A poll for each step, for each transmission's end, and some to spare: once
 /// nothing happens any more, no transaction takes longer.

@@ -148,7 +148,7 @@ fn branches(code: &[u8], begin: u64) -> Vec<Branch> {
         .collect()
 }
 
-/// How far a `BL` (encoding T1) or `B.W` (T4) goes, counted from 4 bytes on.
+/// Reach of a `BL` (encoding T1) or `B.W` (T4), counted from 4 bytes on.
 /// `11110 S imm10  1 x J1 1 J2 imm11`, Armv7-M Architecture Reference Manual,
 /// A7.7.12 and A7.7.18.
 fn offset(first: u32, second: u32) -> Option<i64> {

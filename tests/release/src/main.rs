@@ -34,7 +34,7 @@ usage: cargo release [--out DIR] [--sources DIR] [--help]
   --sources DIR  sources to build, in their folder `target` [default: this project]
   --help         print this help";
 
-/// What the arguments ask for.
+/// Action that the arguments ask for.
 #[derive(Debug, Default, PartialEq)]
 struct Arguments {
     out: Option<PathBuf>,

@@ -1,4 +1,4 @@
-//! How experiments end: once, for a reason, and never with a motor left driven.
+//! Ends of experiments: once, for a reason, and never with a motor left driven.
 
 use armbridge_client::event::Event;
 use armbridge_control::experiment::Signal;

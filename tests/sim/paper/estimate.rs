@@ -1,4 +1,4 @@
-//! What the estimators promise, apart from any plant.
+//! Properties of the estimators, apart from any plant.
 
 use armbridge_control::arm::{Discrete, Parameters, State};
 use armbridge_control::design::placement::Poles;

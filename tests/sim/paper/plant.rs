@@ -1,4 +1,4 @@
-//! What the virtual arm promises.
+//! Properties of the virtual arm.
 
 use armbridge_control::actuator::{Direction, Joint};
 use armbridge_control::arm::{Parameters, State};

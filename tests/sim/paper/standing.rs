@@ -10,7 +10,7 @@ use armbridge_servo::{JOINTS, Pwm};
 use armbridge_sim::plant::{Plant, PlantConfig};
 use nalgebra::Vector2;
 
-/// What to run.
+/// Options of a run.
 #[derive(Clone, Copy)]
 struct Loop {
     period_us: u32,
@@ -27,7 +27,7 @@ struct Tick {
     torque: Vector2<f64>,
 }
 
-/// What came of it; angles in rad, torques in N m.
+/// Result of a run; angles in rad, torques in N m.
 #[derive(Debug)]
 struct Outcome {
     /// When the error was above 20 mrad for the last time, in s.

@@ -15,7 +15,7 @@ use super::line::{Heard, Port, back_to_back, position, reply};
 const STREAMS: usize = 300_000;
 /// Transactions of one master, the first of which is a stop.
 const STREAMS_PER_MASTER: usize = 20;
-/// What a Morpheus bus carries most.
+/// The most frequent packet of a Morpheus bus.
 const FREQUENT: [u8; 9] = [0xAA, 3, 4, 0xFE, 1, 2, 0xFF, 0xF4, 0xF9];
 const ERRORS: [ErrorKind; 3] = [ErrorKind::FrameFormat, ErrorKind::Noise, ErrorKind::Overrun];
 
@@ -33,8 +33,7 @@ fn ids() -> [ServoId; 2] {
     [1, 2].map(|id| ServoId::new(id).unwrap())
 }
 
-/// What goes out for a transaction, and how long it may take in µs: what is
-/// sent, pauses, and windows.
+/// Bytes sent for a transaction, and its longest duration in µs: bytes, pauses, windows.
 fn expected(transaction: Transaction) -> (Vec<u8>, u64) {
     match transaction {
         Transaction::Stop => steps(stop_steps(ids())),

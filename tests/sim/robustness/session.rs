@@ -23,7 +23,7 @@ const MOST_FRAMES: usize = 100;
 /// Times that the bridge may ask to be polled again at one instant.
 const MOST_POLLS: usize = 16;
 
-/// What the test has seen of the board.
+/// Observations of the board.
 #[derive(Default)]
 pub(crate) struct Seen {
     pub(crate) records: usize,

@@ -1,4 +1,4 @@
-//! What the samples must show before the board arms.
+//! Conditions on the samples before the board arms.
 
 use armbridge_control::arm::State;
 use armbridge_link::message::{Command, Limits, Mode, Refusal};

@@ -25,7 +25,7 @@ fn written(table: &[(&str, &str)]) -> Seeds {
     table.iter().map(seed).collect()
 }
 
-/// What the folder of each target holds.
+/// Expected content of the folder of each target.
 pub fn all() -> [(&'static str, Seeds); 6] {
     [
         ("transparent_port", written(&TRANSPARENT_PORT)),
@@ -43,7 +43,7 @@ pub fn folder(target: &str) -> PathBuf {
     seeds.join(target)
 }
 
-/// What the folder of a target does hold.
+/// Actual content of the folder of a target.
 pub fn files(target: &str) -> Seeds {
     let Ok(files) = std::fs::read_dir(folder(target)) else {
         return Seeds::new();

@@ -10,10 +10,9 @@ use armbridge_servo::protocol1::{BROADCAST, Instruction, Status, frame};
 use armbridge_servo::{Alarms, Firmware, morpheus};
 use armbridge_sim::cosim::PortClient;
 
-/// How long a client waits for an answer before it goes on, in µs: what the
-/// vendor's SDK does on a serial port.
+/// Time-out of a client's answer in µs: that of the vendor's SDK on a serial port.
 const PATIENCE_US: u64 = 34_000;
-/// How long it waits where it expects none.
+/// Wait where it expects none.
 const SILENCE_US: u64 = 2_000;
 
 /// Expected reply.

@@ -68,7 +68,7 @@ pub fn in_emulator(firmware: Firmware, client: Option<Hammer>) -> (Vec<Record>, 
     run(board, firmware, client)
 }
 
-/// What the loop makes of the arm.
+/// Control quality of the loop.
 #[derive(Debug)]
 struct Control {
     settled_s: f32,

@@ -46,7 +46,7 @@ impl Chip {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Port(pub usize);
 
-/// How a board is wired.
+/// Wiring of a board.
 #[derive(Clone, Copy, Debug)]
 pub struct Board {
     /// Its chip.

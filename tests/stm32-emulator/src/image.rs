@@ -22,7 +22,7 @@ impl Image {
     /// Reads an ELF file.
     ///
     /// # Errors
-    /// What is wrong with it, in words.
+    /// Defect of the image, in words.
     pub fn parse(file: &[u8]) -> Result<Self, object::Error> {
         let file = object::read::elf::ElfFile32::<object::Endianness>::parse(file)?;
         let segments = file.elf_program_headers().iter().filter_map(|header| {

@@ -1,9 +1,9 @@
 //! An emulator of STM32F4 boards: it executes a firmware image, unmodified, instruction by
 //! instruction, with the peripherals that the image uses, a servo bus and a USB host.
 //!
-//! What it is for: to show what an image does on the wire, on its pins and over USB, from
-//! reset on, with exact instruction counts and the times of the chip's clocks. What it is
-//! not: hardware. Its peripherals do what the reference manual says of them, as far as an
+//! It shows the behaviour of an image on the wire, on its pins and over USB, from
+//! reset on, with exact instruction counts and the times of the chip's clocks. It is not
+//! hardware: its peripherals do what the reference manual says of them, as far as an
 //! image uses them; what an image uses beyond that is reported, see
 //! [`System::unmodelled`](system::System::unmodelled).
 //!

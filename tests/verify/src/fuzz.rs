@@ -12,9 +12,9 @@ use std::process::{Child, Command, Stdio};
 use crate::output::{Output, cargo, printed};
 use crate::paths;
 
-/// How long each target runs in the gate, in s.
+/// Time for which each target runs in the gate, in s.
 const SHORT_S: u32 = 5;
-/// How long each target runs in the campaign, in s.
+/// Time for which each target runs in the campaign, in s.
 const LONG_S: u32 = 600;
 /// Targets that run at the same time: processors of the smallest machine.
 const AT_ONCE: usize = 2;

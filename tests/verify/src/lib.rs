@@ -1,4 +1,4 @@
-//! What the programs of this package share: the boards, and how cargo builds the image of one.
+//! Code shared by the programs of this package: the boards, and how cargo builds the image of one.
 
 #[path = "../../../firmware/boards.rs"]
 pub mod boards;

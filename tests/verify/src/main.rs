@@ -45,7 +45,7 @@ usage: cargo verify [--campaign] [--only STEP.. | --list | --help]
 /// Time of the campaign, as measured.
 const CAMPAIGN_TIME: &str = "an hour on two cores";
 
-/// What the arguments ask for.
+/// Action that the arguments ask for.
 #[derive(Debug, PartialEq)]
 enum Task {
     Help,

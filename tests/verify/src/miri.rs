@@ -17,12 +17,12 @@ use crate::output::{Output, succeeds};
 /// A date for which all components exist.
 const TOOLCHAIN: &str = "nightly-2026-10-30";
 
-/// What the gate interprets: what is shared between threads or interrupts.
+/// Tests of the gate: code that is shared between threads or interrupts.
 const THREADS: &[&str] = &[
     "--package armbridge-board --lib queue::",
     "--package armbridge-firmware --lib -- ring:: port:: memory::",
 ];
-/// What the campaign interprets: the seeds of every fuzz target.
+/// Tests of the campaign: the seeds of every fuzz target.
 const SEEDS: &[&str] = &["--package armbridge-board --test fuzz_seeds"];
 
 /// Installs Miri where it is missing, and interprets the queues between threads.

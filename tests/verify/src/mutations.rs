@@ -56,7 +56,7 @@ pub(crate) fn run(out: &Output) -> Result<(), String> {
     }
 }
 
-/// What a judge says of a mutation.
+/// Verdict on a mutation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Verdict {
     /// Cases that fail with it only.

@@ -2,7 +2,7 @@
 
 use crate::output::{Output, printed, succeeds};
 
-/// How to install packages with one package manager.
+/// Installation of packages with one package manager.
 struct Manager {
     program: &'static str,
     /// Brings the list of packages up to date, where that is a step of its own.

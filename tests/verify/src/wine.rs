@@ -99,8 +99,8 @@ fn same_results(wine: &Wine, linux: &Path, out: &Output) -> Result<(), String> {
     }
 }
 
-/// What a run prints, without its first line, which has the time that it took, and those
-/// that name its folder.
+/// Output of a run, without its first line, which has its duration, and the lines with its
+/// folder.
 fn summary(text: &str) -> String {
     let lines = text.lines().skip(1);
     let lines = lines.filter(|line| !line.contains("-demo"));

@@ -1,4 +1,4 @@
-//! What boards with an STM32F4 share. A board's [`wiring`] has its instances, pins and clocks.
+//! Code shared by boards with an STM32F4. A board's [`wiring`] has its instances, pins and clocks.
 //!
 //! | module    | content                                                           |
 //! |-----------|-------------------------------------------------------------------|

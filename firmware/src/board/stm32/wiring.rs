@@ -58,7 +58,7 @@ pub trait Wiring: Send + Sync + 'static {
     /// Its name, that of the image.
     const NAME: &'static str;
 
-    /// What clocks the chip.
+    /// Source of the chip's clock.
     const CRYSTAL: Crystal;
     /// Its frequency in MHz; even, as the PLL runs on 2 MHz of it.
     const CRYSTAL_MHZ: u32;

@@ -50,7 +50,7 @@ impl TrustRegion {
 
 /// A step within a region.
 pub(super) struct Step {
-    /// What is subtracted from the coordinates.
+    /// Offset that is subtracted from the coordinates.
     pub(super) coordinates: DVector<f64>,
     /// Its length in scaled coordinates.
     pub(super) len: f64,

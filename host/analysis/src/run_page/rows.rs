@@ -7,7 +7,7 @@
 /// page.
 const VALUES_MAX: usize = 16_384;
 
-/// What a row keeps of its ticks.
+/// Values that a row keeps of its ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kept {
     /// The lowest and the highest value: no peak is lost.

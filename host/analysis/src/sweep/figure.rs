@@ -189,7 +189,7 @@ fn draw_legend(drawing: &mut Drawing, values: &[String], names: &[String]) {
     }
 }
 
-/// What the last row of a legend says of those that it has no room for.
+/// Suffix of a legend's last row: the number of runs that have none.
 fn more(number: usize, count: usize) -> String {
     match count - number - 1 {
         more if number + 1 == NAMED && more > 0 => format!(", and {more} more"),

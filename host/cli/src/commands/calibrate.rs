@@ -29,7 +29,7 @@ and all its other settings stay. In a script, each line of the input is one
 answer. To practise, calibrate the simulated arm of armbridge serve board, and
 turn it by armbridge hand.";
 
-/// How a simulated arm is turned.
+/// Note on turning a simulated arm.
 const PRACTICE: &str = "\
 note: this simulated arm cannot be turned by hand from here. To practise, use terminals:
   1  armbridge serve board --listen tcp://127.0.0.1:7001

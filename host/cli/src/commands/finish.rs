@@ -34,11 +34,11 @@ Next:
  armbridge run --list   all scenarios, the paper's experiments among them
 ";
 
-/// How a run is described.
+/// Description of a run.
 pub(super) struct Description<'a> {
-    /// What the scenario intends.
+    /// Purpose of the scenario.
     pub(super) title: &'a str,
-    /// What happens in it if all goes well; none where that is not known to apply.
+    /// Expected events if all goes well; none where they are not known to apply.
     pub(super) about: Option<&'a str>,
     /// Nothing real moves.
     pub(super) is_simulated: bool,

@@ -27,12 +27,12 @@ struct Board {
     name: String,
     /// A program that has it.
     process: Option<u32>,
-    /// What was done, in words, and the latched fault by its name.
+    /// Action taken, in words, and the name of the latched fault.
     result: Result<(String, Option<String>), String>,
 }
 
 impl Board {
-    /// What its owner has answered.
+    /// Answer of the link's owner.
     fn of_owner(asked: OwnerAnswer) -> Self {
         let name = asked.board.in_words().to_owned();
         let by = format!("by the program that has {name} (process {})", asked.process);

@@ -173,7 +173,7 @@ fn show(options: &ExchangeOptions<'_>, sent: &Sent) -> Result<(), Error> {
     Ok(())
 }
 
-/// What becomes of the settings that a board has taken.
+/// Note on how long a board keeps the settings that it has taken.
 pub(super) fn kept(link: &BoardUri, is_saved: bool) -> &'static str {
     match (link.is_simulated(), is_saved) {
         (true, _) => "; it is simulated and ends here, so nothing is kept",

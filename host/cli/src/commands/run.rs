@@ -184,8 +184,8 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
     finish(player, result, &args.output, &description)
 }
 
-/// What happens in the scenario; none where its arm is not the one of this link. Where the
-/// arm begins is known of a simulated one only.
+/// Expected events of the scenario; none where its arm is not the one of this link. The initial
+/// angles are known of a simulated arm only.
 fn about(scenario: &Scenario, link: &BoardUri) -> Option<String> {
     let about = Some(scenario.about.trim()).filter(|about| !about.is_empty())?;
     if link.is_simulated() {

@@ -55,7 +55,7 @@ pub(crate) struct SetupArgs {
     /// Change ids and save the calibration without asking. A motion is still asked for.
     #[arg(long)]
     yes: bool,
-    /// How long the arm is held, in s.
+    /// Time for which the arm is held, in s.
     #[arg(long, value_name = "S", default_value = "3", value_parser = duration)]
     hold: f64,
     /// Print one JSON object instead of the table.

@@ -174,7 +174,7 @@ fn image(report: &BoardReport, list: Option<&ImageList>) -> String {
     }
 }
 
-/// Who commands a served board.
+/// The commanding program of a served board.
 fn commander(role: LinkRole) -> String {
     match role.commander {
         _ if role.is_commander => "this program".into(),

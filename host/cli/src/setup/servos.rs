@@ -31,7 +31,7 @@ const CLAIM_REPLIES: u32 = 50;
 /// The board finds its servos within this number of looks, of more than a second each.
 const LOOKS: usize = 2;
 
-/// What follows from a search.
+/// Next step after a search.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Advice {
     /// Both ids are there.

@@ -1,4 +1,4 @@
-//! What cannot be meant is refused, in one line that fits.
+//! Arguments that cannot be meant are refused, in one line that fits.
 
 use std::fs;
 

@@ -18,7 +18,7 @@ const STOCK_PONG_1: [u8; 6] = [0xFF, 0xFF, 1, 2, 0, 0xFC];
 const START: [u8; 6] = [0xAA, 3, 0xFF, 0xFE, 6, 0xF6];
 const CYCLE: [u8; 6] = [0xAA, 3, 0xFF, 0xFE, 7, 0xF5];
 
-/// How long a busy machine may take to answer.
+/// Longest time that a busy machine may take to answer.
 const PATIENCE: Duration = Duration::from_secs(20);
 /// Silence after which nothing more is coming.
 const SILENCE: Duration = Duration::from_millis(300);

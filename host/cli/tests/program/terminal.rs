@@ -23,7 +23,7 @@ use rustix::termios::{Winsize, tcgetattr, tcsetwinsize};
 
 use super::links::program as links;
 
-/// How long anything may take on a busy machine.
+/// Time-out of any step on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 const ENTERS: &str = "\u{1b}[?1049h";

@@ -58,7 +58,7 @@ pub struct CommandLink {
     is_greeted: bool,
     /// Latest command, until it is acknowledged, and its last frame's number.
     pending: Option<(Command, Option<u16>)>,
-    /// How often the board has refused that because it does not know the encoders yet.
+    /// Number of refusals because the board does not know the encoders yet.
     encoder_refusals: u32,
     /// Messages to send once.
     one_shots: Vec<ToBoard>,

@@ -66,7 +66,7 @@ pub(super) fn run<H: Host>(
     (host.host, result)
 }
 
-/// Who commands, for a program that does not.
+/// The commanding program, for one that watches.
 fn in_words(role: LinkRole, link: &LinkUri) -> String {
     match role.commander {
         Some(program) => format!(

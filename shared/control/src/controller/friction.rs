@@ -44,8 +44,8 @@ impl<T: Real> DryFriction<T> {
         }
     }
 
-    /// What to add, in N m, to a torque of which `feedback_nm` corrects errors,
-    /// for an arm asked to move at `speed_rad_s`.
+    /// Friction compensation in N m for a torque of which `feedback_nm` corrects errors, and
+    /// a reference that moves at `speed_rad_s`.
     pub fn feed_forward(&self, feedback_nm: Vector2<T>, speed_rad_s: Vector2<T>) -> Vector2<T> {
         let drive = feedback_nm / self.blend_nm + speed_rad_s / self.slide_rad_s;
         let one = T::one();

@@ -1,6 +1,6 @@
 //! Linear equations, by Gaussian elimination with partial pivoting.
 //!
-//! What nalgebra's LU decomposition computes, in the same order and so to the
+//! The LU decomposition of nalgebra, computed in the same order and so to the
 //! same bits, but over rows that are split off one by one: nothing is indexed by
 //! a number that is only known at run time, so that there is no panic to be
 //! reached whatever the weights are that a host sends.

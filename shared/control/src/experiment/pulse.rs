@@ -4,7 +4,7 @@ use super::sample::Sample;
 use crate::real::Real;
 use nalgebra::ComplexField;
 
-/// How far before an edge a tick is taken to be on it, in s: more than the rounding of
+/// Time in s before an edge within which a tick is taken to be on it: more than the rounding of
 /// `f32` at ten minutes, and a small part of the shortest tick.
 const EARLY_S: f64 = 1e-4;
 

@@ -108,7 +108,7 @@ pub enum Signal<T> {
 }
 
 impl<T: Real> Signal<T> {
-    /// What it is at a time since the beginning, if it has no [flaw](Signal::flaw) and
+    /// Value at `t_s` after the beginning, if it has no [flaw](Signal::flaw) and
     /// the experiment takes `duration_s`. Not finite only if its numbers are not.
     pub fn at(&self, t_s: T, duration_s: T) -> Sample<T> {
         let t_s = t_s.max(T::zero()).min(duration_s);

@@ -117,8 +117,7 @@ proptest! {
         }
     }
 
-    /// What the board computes is what the host computes, to a part in ten thousand, but
-    /// for an edge that falls between two ticks.
+    /// Board and host compute the same, to a part in ten thousand, except for an edge that falls between two ticks.
     #[test]
     fn single_precision_is_enough(signal in any_signal(), tick in 0_u32..20_000) {
         let t_s = tick as f32 * 1e-3;

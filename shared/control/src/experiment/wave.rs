@@ -5,7 +5,7 @@ use crate::real::Real;
 use crate::trajectory::ramp::Envelope;
 use core::f64::consts::TAU;
 
-/// What `sqrt(lines)` cosines of amplitude 1 with Schroeder's phases add up to at most,
+/// Largest sum of cosines of amplitude 1 with Schroeder's phases, over `sqrt(lines)`,
 /// for any number of lines: 1.5144 for three, less for all others.
 const PEAK: f64 = 1.53;
 
@@ -95,8 +95,7 @@ impl<T: Real> Turn<T> {
     }
 }
 
-/// What is left of a number that is not negative when whole ones are taken off, while
-/// they are exact.
+/// Fractional part of a number that is not negative, while whole ones are exact.
 fn fraction<T: Real>(turns: T) -> T {
     turns - T::from_count(turns.to_count())
 }

@@ -75,7 +75,7 @@ mod tests {
             prop_assert_eq!(unstuff(&mut frame), Some(plain.as_slice()));
         }
 
-        /// What is no COBS, of any length, is damaged for both.
+        /// Bytes that are no COBS, of any length, are damaged for both.
         #[test]
         fn garbage_is_garbage_elsewhere(mut frame in vec_of(1..=u8::MAX, 1..LONGEST)) {
             let mut theirs = cobs::DecoderState::default();

@@ -18,7 +18,7 @@ use embedded_hal_nb::serial::{self, ErrorKind};
 /// Room of a transmitter that takes everything.
 const PLENTY: usize = 1_000;
 
-/// How the port sends.
+/// Sending behaviour of the port.
 pub(super) struct Transmitter {
     /// Bytes that it takes.
     pub(super) room: usize,

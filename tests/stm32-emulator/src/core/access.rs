@@ -1,4 +1,4 @@
-//! What a caller does to the processor and reads of it between steps: interrupts, time, counts,
+//! Access to the processor between steps: interrupts, time, counts,
 //! registers.
 
 use super::Core;

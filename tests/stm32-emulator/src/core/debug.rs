@@ -1,4 +1,4 @@
-//! What a program sees of the debug units: DEMCR and the cycle counter.
+//! Debug units, as a program sees them: DEMCR and the cycle counter.
 //!
 //! A reset of the processor leaves them as they are. Source: DDI 0403, C1.6.5 and C1.8.
 

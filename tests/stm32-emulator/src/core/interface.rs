@@ -1,8 +1,8 @@
-//! What a caller gives the processor and gets from a step of it.
+//! Inputs of the processor, and results of a step.
 
 use std::ops::Range;
 
-/// What a chip chose of the options that the processor leaves to it.
+/// Options that the processor leaves to the chip, as chosen.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Build {
     /// Number of interrupts, at most 240.
@@ -33,7 +33,7 @@ pub struct Start {
     pub primask: bool,
 }
 
-/// What a step did.
+/// Result of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// One instruction was executed.

@@ -10,7 +10,7 @@ const CTRL_IN_FAULTS: u32 = 1 << 1;
 const CTRL_DEFAULT: u32 = 1 << 2;
 const RASR_NO_EXECUTION: u32 = 1 << 28;
 
-/// What an access wants to do.
+/// Kind of an access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Access {
     Read,

@@ -1,4 +1,4 @@
-//! What instructions do, as far as several share it: operations, shifts, kinds of accesses.
+//! Operations, shifts and kinds of accesses that several instructions share.
 //! Source: DDI 0403, A4 (overview) and A7.7.
 
 /// When an instruction of data processing sets the flags.
@@ -44,7 +44,7 @@ pub(crate) enum Shift {
     Rrx,
 }
 
-/// What a load or a store moves.
+/// Data type of a load or a store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Byte,
@@ -54,7 +54,7 @@ pub(crate) enum Kind {
     SignedHalf,
 }
 
-/// How the base register of an access is used.
+/// Use of the base register of an access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Index {
     /// Address is base plus offset.
@@ -138,7 +138,7 @@ pub(crate) enum Reverse {
     Count,
 }
 
-/// What a parallel addition or subtraction does with its results.
+/// Treatment of the results of a parallel addition or subtraction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Lanes {
     Signed,

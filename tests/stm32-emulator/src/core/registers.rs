@@ -52,7 +52,7 @@ impl Core {
         self.rights_changed();
     }
 
-    /// What depends on privileges, exception or CONTROL is checked anew.
+    /// State that depends on privileges, exception or CONTROL is checked anew.
     pub(crate) fn rights_changed(&mut self) {
         self.float_ready = false;
         self.fetch_granule = u32::MAX;

@@ -60,7 +60,7 @@ impl Reset {
     }
 }
 
-/// What is at the chip's pins of the high-speed oscillator.
+/// Circuit at the chip's pins of the high-speed oscillator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Crystal {
     /// Frequency in Hz.

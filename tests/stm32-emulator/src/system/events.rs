@@ -1,4 +1,4 @@
-//! What blocks do by themselves, in time: bytes on the bus, DMA, USB transactions, and the
+//! Timed actions of the blocks: bytes on the bus, DMA, USB transactions, and the
 //! lines of interrupts that result.
 
 use super::{System, Unmodelled, map};

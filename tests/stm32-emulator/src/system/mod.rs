@@ -36,7 +36,7 @@ pub enum Unmodelled {
     NoClock(u32),
 }
 
-/// What went wrong on the servo bus between board and servos.
+/// Faults of the servo bus between board and servos.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BusFaults {
     /// Bytes that the board sent while its buffer did not drive the line.
@@ -52,9 +52,9 @@ pub struct BusFaults {
 pub struct System<L> {
     /// Wiring.
     pub board: Board,
-    /// What is at the servo bus.
+    /// Line of the servo bus.
     pub line: L,
-    /// What is at the USB cable.
+    /// Host at the USB cable.
     pub usb: UsbHost,
     /// Supply of the chip in mV.
     pub supply_mv: u32,
@@ -167,7 +167,7 @@ impl<L: Line> System<L> {
         self.unmodelled.iter().copied()
     }
 
-    /// What went wrong on the bus so far.
+    /// Faults of the bus so far.
     pub fn bus_faults(&self) -> BusFaults {
         self.bus_faults
     }

@@ -78,7 +78,7 @@ impl Request {
     }
 }
 
-/// What a device said of itself.
+/// Descriptors of a device.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Descriptors {
     /// Device descriptor.

@@ -145,7 +145,7 @@ impl UsbHost {
         &self.changes
     }
 
-    /// What the device said of itself.
+    /// Descriptors of the device.
     pub fn descriptors(&self) -> &Descriptors {
         &self.descriptors
     }

@@ -20,7 +20,7 @@ pub(crate) struct Bus {
     data: Vec<u8>,
     timer: Timer,
     pub(crate) now_ns: u64,
-    /// What the image printed.
+    /// Output of the image.
     pub(crate) printed: Vec<u8>,
 }
 

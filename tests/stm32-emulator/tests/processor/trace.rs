@@ -17,7 +17,7 @@ pub(crate) struct State {
     pub(crate) fpscr: u32,
 }
 
-/// What QEMU's `xpsr` has: no IT state.
+/// Bits of QEMU's `xpsr`: no IT state.
 const PRINTED: u32 = !0x0600_FC00;
 
 impl State {
@@ -30,7 +30,7 @@ impl State {
         }
     }
 
-    /// What differs, in words.
+    /// Difference, in words.
     fn differences(&self, other: &Self, fpscr: u32) -> Vec<String> {
         let mut list = Vec::new();
         let mut compare = |name: String, a: u32, b: u32| {

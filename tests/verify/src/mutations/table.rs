@@ -12,11 +12,11 @@ pub(super) struct Mutation {
     pub(super) find: &'static str,
     /// Text in its place.
     pub(super) replacement: &'static str,
-    /// What must notice it.
+    /// Tests that must notice it.
     pub(super) judge: Judge,
 }
 
-/// What notices a mutation.
+/// Check that notices a mutation.
 #[derive(Clone, Copy)]
 pub(super) enum Judge {
     /// Cases of the fault campaign.

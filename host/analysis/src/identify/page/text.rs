@@ -89,7 +89,7 @@ fn warnings(page: &Page<'_>) -> Markup {
     }
 }
 
-/// What is to be said of the windows where nothing is to be warned of.
+/// Remarks on the windows where there is no warning.
 fn without_warning(outliers: usize, windows: usize) -> String {
     match outliers {
         0 => "all windows are explained".into(),

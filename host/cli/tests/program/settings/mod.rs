@@ -1,5 +1,5 @@
-//! What a user does with settings: reads, changes, configures and designs them; and what
-//! a shell knows of the program.
+//! Settings as a user reads, changes, configures and designs them; and the completion of
+//! arguments in a shell.
 
 mod board;
 mod files;

@@ -1,4 +1,4 @@
-//! What keys do in each state of the board.
+//! Effect of the keys in each state of the board.
 
 use armbridge::watch::keys::{Action, Keys, Question};
 use armbridge_client::event::{Event, EventKind};

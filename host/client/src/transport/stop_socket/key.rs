@@ -10,7 +10,7 @@ use super::super::{LinkUri, usb, usb_discovery};
 /// Longest key: a socket's path has about 100 bytes, and a folder for temporary files on
 /// macOS, the process and the ending take the others.
 const LENGTH_MAX: usize = 24;
-/// What is kept of a longer key, before its checksum.
+/// Prefix that is kept of a longer key, before its checksum.
 const PREFIX: usize = 14;
 
 /// Name of a board, such as `/dev/ttyACM0`, `usb:A1`, `tcp:127.0.0.1:7001` or `sim:`.

@@ -35,7 +35,7 @@ const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
 /// Longest answer.
 const ANSWER_MAX: u64 = 512;
 
-/// What an owner is asked for.
+/// Request to the owner of a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
     /// The emergency stop.

@@ -58,8 +58,7 @@ impl Random {
     }
 }
 
-/// What a run did: the steps, and how many of them were taken when each of the
-/// saves began and ended.
+/// Steps of a run, and their number at the beginning and at the end of each save.
 fn run(saves: u32) -> (Vec<Step>, Vec<(usize, usize)>) {
     let mut store = Store::new(Traced::new(blank()));
     let mut spans = Vec::new();

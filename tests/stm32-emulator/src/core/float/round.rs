@@ -1,6 +1,6 @@
 //! Rounding, once, in any of the four modes.
 //!
-//! What is rounded is a double of 53 digits whose last one is odd wherever the exact number
+//! The rounded value is a double of 53 digits whose last one is odd wherever the exact number
 //! has more digits ("round to odd"): it lies on the same side of each number of 24 digits, and
 //! of each middle between two, as the exact one.
 #![expect(clippy::float_cmp, reason = "whether a result is exact")]
