@@ -15,7 +15,7 @@
 
 use super::signals::Signals;
 use crate::crash::memory;
-use armbridge_board::bridge::supply::SupplyPermission;
+use armbridge_board::bridge::supply_relay::SupplyPermission;
 use armbridge_board::bridge::{Bridge, Progress, QueueWatch};
 use armbridge_link::message::{Mode, StopSource};
 use armbridge_servo::bus::Bus;

@@ -20,7 +20,7 @@ use armbridge_client::event::{Direction, Event, EventKind, LinkDecoder};
 use mcap::records::{Record, op};
 
 use super::limits::RECORD_BYTES;
-use super::records::{Next, Records, parse};
+use super::mcap_records::{Next, Records, parse};
 
 /// Media type of the attachments.
 pub const MEDIA_TYPE: &str = "application/x-armbridge-link";

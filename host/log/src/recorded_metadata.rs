@@ -7,8 +7,8 @@ use armbridge_link::message::Settings;
 use mcap::records::{Record, op};
 
 use super::limits::{METADATA_BYTES, METADATA_NAMES};
+use super::mcap_records::{Next, Records, first_string, parse};
 use super::metadata;
-use super::records::{Next, Records, first_string, parse};
 use crate::run_info::RunFacts;
 
 /// Metadata by name and key.

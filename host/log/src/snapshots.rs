@@ -11,7 +11,7 @@ use std::path::Path;
 use mcap::records::{Record, op};
 
 use super::limits::SNAPSHOT_BYTES;
-use super::records::{Next, Records, parse};
+use super::mcap_records::{Next, Records, parse};
 
 /// Name of the attachments.
 pub(super) const NAME: &str = "snapshot";

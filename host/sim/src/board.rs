@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use armbridge_board::bridge::supply::SupplyPermission;
+use armbridge_board::bridge::supply_relay::SupplyPermission;
 use armbridge_board::bridge::transparent_port::{ClientLine, PortEnd};
 use armbridge_board::bridge::{
     Bridge, BridgeEnd, LinkEnd, LinkPort, MemoryRegion, Progress, can_run,

@@ -15,8 +15,8 @@ use mcap::records::op;
 use super::settings;
 use crate::export::About;
 use crate::limits::{METADATA_BYTES, TOPICS};
+use crate::mcap_records::{Next, Records, parse};
 use crate::recording::{ReadError, Reader, Rows};
-use crate::records::{Next, Records, parse};
 use crate::run_info::RunFacts;
 
 /// Contents of a log for comparison and plots.

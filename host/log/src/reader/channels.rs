@@ -4,7 +4,7 @@ use mcap::records::{Record, op};
 
 use super::Reader;
 use crate::limits::quote;
-use crate::records::{parse, split};
+use crate::mcap_records::{parse, split};
 use crate::topics::Topic;
 
 impl Reader {

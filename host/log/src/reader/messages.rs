@@ -7,7 +7,7 @@ use prost::Message as _;
 
 use super::{Item, Reader};
 use crate::limits::{MESSAGE_BYTES, PUSHES};
-use crate::records::parse;
+use crate::mcap_records::parse;
 use crate::topics::Topic;
 use crate::{event_messages, proto, simulation, telemetry};
 

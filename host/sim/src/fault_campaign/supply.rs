@@ -13,7 +13,7 @@
 //!
 //! Bounds have [`Case::stop_us`] beside them, for the ticks of a slow bus.
 
-use armbridge_board::bridge::supply::{CONFIRM_US, SupplyPermission};
+use armbridge_board::bridge::supply_relay::{CONFIRM_US, SupplyPermission};
 use armbridge_link::message::{Fault, Mode};
 use armbridge_servo::JOINTS;
 

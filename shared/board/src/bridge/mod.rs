@@ -36,10 +36,10 @@
 //! | [`command`]          | commands of the host, validated                         |
 //! | `requests`           | requests of the host, in the tick                       |
 //! | `bus_events`         | events of the bus, and actions of the core              |
-//! | `temperature`        | temperatures of the servos, and their limits            |
+//! | `servo_temperature`  | temperatures of the servos, and their limits            |
 //! | `link_port`          | the board's end of the control link                     |
 //! | [`transparent_port`] | the serial port for clients of the bus                  |
-//! | [`supply`]           | permission of the servos' supply                        |
+//! | [`supply_relay`]     | permission of the servos' supply                        |
 //! | `channels`           | queues between tick and thread mode                     |
 //! | `signals`            | signals of the host to the tick                         |
 
@@ -50,9 +50,9 @@ pub mod command;
 mod link_port;
 mod queue;
 mod requests;
+mod servo_temperature;
 mod signals;
-pub mod supply;
-mod temperature;
+pub mod supply_relay;
 pub mod transparent_port;
 
 pub use crate::tick::{can_run, limits, permits, settings_refusal};
@@ -71,8 +71,8 @@ use app_core::{Core, TickSamples};
 use armbridge_link::message::{Fault, Mode, Record, Refusal, Settings};
 use armbridge_link::record::Violation;
 use armbridge_servo::{JOINTS, ServoId};
-use supply::{Supply, SupplyPermission};
-use temperature::Temperatures;
+use servo_temperature::Temperatures;
+use supply_relay::{Supply, SupplyPermission};
 use transparent_port::TransparentPort;
 
 /// Servo ids, joint by joint: the first joint's servo is 1, the second's 2.

@@ -63,7 +63,7 @@ const PUSHED_BEYOND: &str =
 const ENCODER_PROOF: &str = "shared/board/src/tick/monitors/encoder_proof.rs";
 const FORCE_OFF: &str = "shared/board/src/sequencer/force_off.rs";
 const MONITORS: &str = "shared/board/src/tick/monitors/mod.rs";
-const SUPPLY: &str = "shared/board/src/bridge/supply.rs";
+const SUPPLY: &str = "shared/board/src/bridge/supply_relay.rs";
 const TIME_OUT: &str = "shared/board/src/tick/drive_source.rs";
 
 /// All mutations.
