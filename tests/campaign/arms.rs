@@ -1,6 +1,6 @@
 //! Twenty arms drawn at random, from the default plan to control.
 
-use armbridge_tests::arms::{
+use armbridge_tests::random_arms::{
     Arm, ParameterError, arms, check_forecasts, check_parameters, compare_control,
 };
 

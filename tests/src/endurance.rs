@@ -4,7 +4,7 @@ use armbridge_analysis::plan_runner::Script;
 use armbridge_link::message::{Command, Mode, Setup};
 use armbridge_sim::plant::PlantConfig;
 
-use crate::arms::truth::true_setup;
+use crate::random_arms::truth::true_setup;
 use crate::{plant, records, sinusoid};
 
 /// Length of one run, in s: its records fit into 100 MB.

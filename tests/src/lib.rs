@@ -8,7 +8,6 @@
     reason = "what panics or errs here fails a test"
 )]
 
-pub mod arms;
 pub mod board_image;
 pub mod cable;
 pub mod channel_host;
@@ -21,6 +20,7 @@ pub mod mutated_logs;
 pub mod paper_runs;
 pub mod paths;
 pub mod random;
+pub mod random_arms;
 pub mod random_host;
 pub mod replay;
 pub mod served_board;

@@ -1,6 +1,6 @@
 //! An arm drawn at random, from the default plan to control; the campaign has twenty.
 
-use armbridge_tests::arms::{
+use armbridge_tests::random_arms::{
     Arm, ParameterError, arms, check_forecasts, check_parameters, compare_control,
 };
 
