@@ -1,7 +1,7 @@
 //! Raw bytes of a link in a log, independent of their decoding.
 //!
-//! In the log they are attachments `link-000001.bin`, `link-000002.bin`..., one each
-//! half second, of media type [`MEDIA_TYPE`]. Each is a sequence of pieces:
+//! In the log they are attachments `link-000001.bin`, `link-000002.bin`..., one
+//! with each chunk of the log, of media type [`MEDIA_TYPE`]. Each is a sequence of pieces:
 //!
 //! ```text
 //! kind u8 | host_ns u64 | length u32 | bytes

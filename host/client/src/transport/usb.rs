@@ -2,7 +2,7 @@
 //! interface.
 //!
 //! The board's serial port is its transparent one; see the firmware's
-//! `board::feather_f405::usb`. Pure Rust, without libusb: on Linux through usbfs, on
+//! `board::stm32::usb`. Pure Rust, without libusb: on Linux through usbfs, on
 //! Windows through `WinUSB`, on macOS through `IOKit`. The choice of a board and the errors
 //! are tested; the pipes themselves have not been run on hardware.
 

@@ -51,7 +51,8 @@ impl ActuatorCommand {
 }
 
 /// The command for a demand, within all limits, and the limits that changed it; for an arm that
-/// will be at `ahead` when it begins to act, after a command of `before_nm`.
+/// will be at `ahead` when it begins to act, after a command of `before_nm`. Motors are off without
+/// a demand.
 ///
 /// The order is that of the [monitors](super::monitors): torque, soft stop, rate; then the PWM,
 /// which is at most `limits.pwm_counts` away from off.
@@ -63,9 +64,12 @@ pub(super) fn limit(
     config: &LoopConfig,
     monitors: &mut Monitors,
     ahead: &State<f32>,
-    demand: &Demand,
+    demand: Option<&Demand>,
     before_nm: Vector2<f32>,
 ) -> Result<(ActuatorCommand, Guards), Violation> {
+    let Some(demand) = demand else {
+        return Ok((ActuatorCommand::OFF, Guards::NONE));
+    };
     let control = &config.control;
     let limited = monitors.limit(
         &config.monitors,

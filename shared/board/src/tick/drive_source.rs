@@ -89,7 +89,7 @@ impl DriveSource {
             });
             return None;
         }
-        if silent_ms <= limits.hold_ms || !status.is_driven() {
+        if silent_ms <= limits.hold_ms || !status.is_drive_permitted() {
             return None;
         }
         match self.drive() {
@@ -115,7 +115,7 @@ impl DriveSource {
         input: &TickInput,
         status: &mut TickStatus,
     ) -> Option<Fallback> {
-        if !status.is_driven() || !self.is_aged(limits, input.acts_us()) {
+        if !status.is_drive_permitted() || !self.is_aged(limits, input.acts_us()) {
             return None;
         }
         if self.drive() == Drive::Track {
@@ -145,10 +145,29 @@ impl DriveSource {
         Fallback::Brake
     }
 
+    /// The reference at `acts_us`, and the end of an experiment, if it ends; `states` are those at
+    /// the samples and at that time, under this PWM.
+    #[inline]
+    pub(super) fn reference(
+        &mut self,
+        fast_ticks: u32,
+        pwm: [Pwm; JOINTS],
+        states: [&State<f32>; 2],
+        acts_us: u64,
+        is_drive_permitted: bool,
+    ) -> (Reference<f32>, Option<ExperimentEnd>) {
+        let mut reference = self.reference.at(acts_us);
+        let mut end = None;
+        if is_drive_permitted && self.drive() == Drive::Experiment {
+            end = self.override_reference(fast_ticks, pwm, states, acts_us, &mut reference);
+        }
+        (reference, end)
+    }
+
     /// Runs a tick of the experiment, which overrides the reference, for an arm that is at
     /// `state` and will be at `ahead` at `acts_us`, under this PWM. Its end brakes the arm.
     #[inline(never)]
-    pub(super) fn override_reference(
+    fn override_reference(
         &mut self,
         fast_ticks: u32,
         pwm: [Pwm; JOINTS],

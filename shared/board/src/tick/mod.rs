@@ -9,16 +9,23 @@
 //!                            +----- Violation: motors off ---+
 //! ```
 //!
-//! [`step`] is that drawing, a stage after the other. The state from one tick to the next is
+//! [`step`] is that drawing, one stage after another. The state from one tick to the next is
 //! [`ControlLoop`], with a part for each stage; the parameters are [`LoopConfig`]. There is no
 //! bus, queue, record or clock in it. Board, bench, emulator and
 //! replay call it; equal inputs give equal outputs, to the bit.
 //!
 //! # Contract
 //!
-//! * Call [`step`] once a tick, when the samples are in. Its
-//!   command is sent at the beginning of the next tick, so a torque acts one period
-//!   after the samples that it was decided from, always; the prediction accounts for it.
+//! * Call [`step`] once a tick, when the samples are in. Its command is sent at the beginning
+//!   of the next tick, always, so that the delay is one period:
+//!
+//!   ```text
+//!   tick k                                 tick k+1
+//!   | SYNC_WR u(k-1) | CYCLE: samples | step -> u(k) ... | SYNC_WR u(k) | CYCLE: samples |
+//!   ```
+//!
+//!   The model takes the samples of a tick for taken when its command takes effect. They are some
+//!   0.1 ms later at 1 Mbaud, which is not modelled.
 //! * The motors are driven only under [`Permission::Drive`]. Any fault, and any other
 //!   permission, make the command [`ActuatorCommand::OFF`].
 //! * The configuration is immutable between ticks and replaced as a whole
@@ -122,125 +129,142 @@ pub fn step(
     input: &TickInput,
     checkpoints: &mut Checkpoints,
 ) -> TickOutput {
-    let this = control_loop;
     if input.is_first {
-        // On a board it has done so when bring-up ended; a replay has no other sign of that.
-        this.restart();
+        // The bridge restarts the loop when bring-up ends; a replay sees the end by this input.
+        control_loop.restart();
     }
     let acts_us = input.acts_us();
     let mut status = TickStatus::new(input.permission);
 
-    // Sense: counts to angles, positive as the paper's.
-    let sensed = Sensed::new(&config.control, input, &this.command);
-    // Torque ends when its command is corrupted or too old, or the host is silent.
-    let fallback = this.source.check(config.limits(), input, &mut status);
+    // Sense: counts to angles, counter-clockwise positive; the command that was sent.
+    let sensed = Sensed::new(&config.control, input, &control_loop.command);
 
-    // Estimate: the state at these samples.
-    let estimated = this.estimation.correct(config, &sensed, status.is_armed());
-    if estimated.is_fresh && this.estimation.has_state() {
-        this.control.end_offset();
+    // Time-outs: silence of the host, age and integrity of the drive command.
+    let time_out = control_loop
+        .source
+        .check(config.limits(), input, &mut status);
+
+    // Estimate: the prediction of the last tick, corrected by these samples.
+    let estimated = control_loop
+        .estimation
+        .correct(config, &sensed, status.is_armed());
+    if estimated.is_fresh && control_loop.estimation.has_state() {
+        control_loop.control.end_offset();
     }
 
-    // Monitor: samples, estimate and motion against the limits, under the torque that acted.
-    if status.permission != Permission::Search {
-        let is_held = status.is_driven() && this.drive().is_closed_loop();
-        let reference_rad_s = this.reference.dq.into();
-        let is_armed = status.is_armed();
-        let seen = monitor_input(
-            config,
-            &sensed,
-            &estimated,
-            is_armed,
-            is_held,
-            reference_rad_s,
-        );
-        status.require(this.monitors.check(&config.monitors, &seen));
-    }
+    // Monitor: samples, estimate and motion, under the torque in force and the reference of the
+    // last tick, which the arm follows now.
+    monitor(config, control_loop, &sensed, &estimated, &mut status);
     if status.is_armed() && !input.is_config_intact {
         status.trip(Violation::plain(Fault::Corrupted));
     }
 
-    // Predict: the state at the next samples, when the command of this tick begins to act.
-    let drives_motors = status.drives_motors();
-    let control = &config.control;
-    let ahead = this
-        .estimation
-        .predict(control, &estimated, &sensed.in_force, drives_motors);
+    // Predict: the state one period later, from when on the command of this tick acts.
+    let ahead = control_loop.estimation.predict(
+        &config.control,
+        &estimated,
+        &sensed.in_force,
+        status.drives_motors(),
+    );
 
-    // Reference: at that time, too.
-    let mut reference = this.source.reference.at(acts_us);
-    let mut experiment_end = None;
-    if status.is_driven() && this.drive() == Drive::Experiment {
-        experiment_end = this.source.override_reference(
-            config.monitors.fast_ticks(),
-            sensed.in_force.pwm,
-            [&estimated.state, &ahead],
-            acts_us,
-            &mut reference,
-        );
-    }
-    let fallback = experiment_end.map_or(fallback, |_| Some(Fallback::Brake));
+    // Reference: at the planned start of the next tick, which is the same time.
+    let (reference, experiment_end) = control_loop.source.reference(
+        config.monitors.fast_ticks(),
+        sensed.in_force.pwm,
+        [&estimated.state, &ahead],
+        acts_us,
+        status.is_drive_permitted(),
+    );
 
-    // Control: a torque, positive as the angles; none without permission and state.
-    this.control.fade(control);
-    let check = check_motors(config, this, &sensed, &estimated, &mut status);
-    let is_controlled = status.is_driven() && this.estimation.has_state();
-    let demand = match check {
-        Some(check) => check.torque_nm().map(Demand::plain),
-        None if is_controlled => Some(control_torque(config, this, &ahead, &reference, &estimated)),
+    // Control: a joint torque, counter-clockwise positive; none without permission and state.
+    control_loop.control.fade(&config.control);
+    let motor_check = check_motors(config, control_loop, &sensed, &estimated, &mut status);
+    let is_controlled = status.is_drive_permitted() && control_loop.estimation.has_state();
+    let demand = match motor_check {
+        Some(step) => step.torque_nm().map(Demand::plain),
+        None if is_controlled => {
+            let demand = control_torque(config, control_loop, &ahead, &reference, &estimated);
+            Some(demand)
+        }
         None => None,
     };
 
-    // Limit: torque, soft stop, rate, PWM; motors off without a demand.
-    let limited = demand
-        .as_ref()
-        .map(|demand| limit(config, &mut this.monitors, &ahead, demand, sensed.torque_nm));
-    let (command, guards) = match limited {
-        None => (ActuatorCommand::OFF, Guards::NONE),
-        Some(Ok(limited)) => limited,
-        Some(Err(violation)) => {
-            status.trip(violation);
-            (ActuatorCommand::OFF, Guards::NONE)
-        }
-    };
-    let controlled_nm = demand.filter(|_| is_controlled && this.drive() != Drive::Torque);
-    let controlled_nm = controlled_nm.map(|demand| demand.torque_nm);
-    let lag_rad = reference.q - ahead.q;
-    this.control
-        .integrate(config, lag_rad, controlled_nm, command.total_nm());
+    // Limit: torque, soft stop, rate; then PWM, in the direction of each servo.
+    let monitors = &mut control_loop.monitors;
+    let limited = limit(config, monitors, &ahead, demand.as_ref(), sensed.torque_nm);
+    let (command, guards) = limited.unwrap_or_else(|violation| {
+        status.trip(violation);
+        (ActuatorCommand::OFF, Guards::NONE)
+    });
 
-    (this.state, this.reference, this.command) = (estimated.state, reference, command);
-    let are_motors_checked = matches!(check, Some(CheckStep::Passed));
+    // Commit: the integral action, and the results of the tick.
+    let controlled = demand.filter(|_| is_controlled && control_loop.drive() != Drive::Torque);
+    control_loop.control.integrate(
+        config,
+        reference.q - ahead.q,
+        controlled.map(|demand| demand.torque_nm),
+        command.total_nm(),
+    );
+    control_loop.state = estimated.state;
+    control_loop.reference = reference;
+    control_loop.command = command;
+    let are_motors_checked = matches!(motor_check, Some(CheckStep::Passed));
     if are_motors_checked {
-        this.end_motor_check();
+        control_loop.end_motor_check();
     }
     *checkpoints = checkpoints.pass(Machine::ControlLoop);
     let events = TickEvents {
         are_motors_checked,
-        fallback,
+        fallback: experiment_end.map_or(time_out, |_| Some(Fallback::Brake)),
         experiment_end,
         fault: status.fault,
     };
-    output(this, guards, estimated.is_complete, events)
+    output(control_loop, guards, estimated.is_complete, events)
+}
+
+/// Runs the monitors, once the servos have been found.
+#[inline]
+fn monitor(
+    config: &LoopConfig,
+    control_loop: &mut ControlLoop,
+    sensed: &Sensed,
+    estimated: &Estimated,
+    status: &mut TickStatus,
+) {
+    if status.permission == Permission::Search {
+        return;
+    }
+    let is_held = status.is_drive_permitted() && control_loop.drive().is_closed_loop();
+    let reference_rad_s = control_loop.reference.dq.into();
+    let is_armed = status.is_armed();
+    let seen = monitor_input(
+        config,
+        sensed,
+        estimated,
+        is_armed,
+        is_held,
+        reference_rad_s,
+    );
+    status.require(control_loop.monitors.check(&config.monitors, &seen));
 }
 
 /// A tick of the motor check, if it is permitted. Not inlined: few ticks have one.
 #[inline(never)]
 fn check_motors(
     config: &LoopConfig,
-    this: &mut ControlLoop,
+    control_loop: &mut ControlLoop,
     sensed: &Sensed,
     estimated: &Estimated,
     status: &mut TickStatus,
 ) -> Option<CheckStep> {
-    if status.permission != Permission::MotorCheck || !this.estimation.has_state() {
+    if status.permission != Permission::MotorCheck || !control_loop.estimation.has_state() {
         return None;
     }
-    let step = this.motor_check.tick(&CheckInput {
+    let step = control_loop.motor_check.tick(&CheckInput {
         arm: &config.control.arm,
         acceleration_rad_s2: config.limits().check_rad_s2.into(),
         period_us: config.period_us().get(),
-        noise_rad2: this.monitors.noise_rad2(&config.control.joints),
+        noise_rad2: control_loop.monitors.noise_rad2(&config.control.joints),
         measured_rad: sensed.measured_rad,
         angle_rad: estimated.state.q,
         in_force_nm: sensed.torque_nm,
@@ -256,42 +280,48 @@ fn check_motors(
 #[inline]
 fn control_torque(
     config: &LoopConfig,
-    this: &mut ControlLoop,
+    control_loop: &mut ControlLoop,
     ahead: &State<f32>,
     reference: &Reference<f32>,
     estimated: &Estimated,
 ) -> Demand {
-    let drive = this.drive();
+    let drive = control_loop.drive();
     if drive == Drive::Torque {
-        return Demand::plain(this.source.command.torque_nm().into());
+        return Demand::plain(control_loop.source.command.torque_nm().into());
     }
-    let disturbance_nm = this.estimation.disturbance_nm();
-    let control = &config.control;
-    let mut demand = this
+    let disturbance_nm = control_loop.estimation.disturbance_nm();
+    let mut demand = control_loop
         .control
-        .demand(control, ahead, reference, disturbance_nm);
+        .demand(&config.control, ahead, reference, disturbance_nm);
     demand.torque_nm =
-        this.monitors
+        control_loop
+            .monitors
             .proved(&config.monitors, demand.torque_nm, estimated.gravity_nm);
     if drive == Drive::Experiment {
-        this.source
+        control_loop
+            .source
             .experiment
-            .override_torque(&control.joints, &mut demand);
+            .override_torque(&config.control.joints, &mut demand);
     }
     demand
 }
 
-/// The outputs of the tick whose results the loop holds.
+/// Outputs of the tick that has just been committed.
 #[inline]
-fn output(this: &ControlLoop, guards: Guards, is_complete: bool, events: TickEvents) -> TickOutput {
+fn output(
+    control_loop: &ControlLoop,
+    guards: Guards,
+    is_complete: bool,
+    events: TickEvents,
+) -> TickOutput {
     TickOutput {
-        pwm: this.command.pwm.map(Pwm::counts),
-        torque_nm: this.command.torque_nm.into(),
-        reference_rad: this.reference.q.into(),
-        reference_speed_rad_s: this.reference.dq.into(),
-        angle_rad: this.state.q.into(),
-        speed_rad_s: this.state.dq.into(),
-        disturbance_nm: this.estimation.disturbance_nm().into(),
+        pwm: control_loop.command.pwm.map(Pwm::counts),
+        torque_nm: control_loop.command.torque_nm.into(),
+        reference_rad: control_loop.reference.q.into(),
+        reference_speed_rad_s: control_loop.reference.dq.into(),
+        angle_rad: control_loop.state.q.into(),
+        speed_rad_s: control_loop.state.dq.into(),
+        disturbance_nm: control_loop.estimation.disturbance_nm().into(),
         guards,
         is_complete,
         events: events.some(),

@@ -36,7 +36,8 @@ impl TickStatus {
         self.permission.drives_motors()
     }
 
-    pub(super) fn is_driven(&self) -> bool {
+    /// Whether the source of the drive command may drive the motors.
+    pub(super) fn is_drive_permitted(&self) -> bool {
         self.permission == Permission::Drive
     }
 

@@ -73,9 +73,9 @@ impl Core {
             &record.input,
             &mut checkpoints,
         );
+        self.next = self.control_loop.pwm();
         self.apply_output(&record.output);
         self.checkpoints = checkpoints.pass(Machine::Supervisor);
-        self.next = self.control_loop.pwm();
         self.schedule.decided = self.schedule.tick;
         record.mode = self.mode();
     }
