@@ -64,7 +64,7 @@ pub(super) fn limit(
     config: &LoopConfig,
     monitors: &mut Monitors,
     ahead: &State<f32>,
-    demand: Option<&Demand>,
+    demand: Option<Demand>,
     before_nm: Vector2<f32>,
 ) -> Result<(ActuatorCommand, Guards), Violation> {
     let Some(demand) = demand else {

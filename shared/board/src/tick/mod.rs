@@ -191,7 +191,7 @@ pub fn step(
 
     // Limit: torque, soft stop, rate; then PWM, in the direction of each servo.
     let monitors = &mut control_loop.monitors;
-    let limited = limit(config, monitors, &ahead, demand.as_ref(), sensed.torque_nm);
+    let limited = limit(config, monitors, &ahead, demand, sensed.torque_nm);
     let (command, guards) = limited.unwrap_or_else(|violation| {
         status.trip(violation);
         (ActuatorCommand::OFF, Guards::NONE)
