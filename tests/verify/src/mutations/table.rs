@@ -71,8 +71,8 @@ pub(super) const MUTATIONS: &[Mutation] = &[
     Mutation {
         name: "silence of the host ignored",
         file: TIME_OUT,
-        find: "if silent_ms > limits.silence_ms {",
-        replacement: "if silent_ms > limits.silence_ms.saturating_add(60_000) {",
+        find: "silent_ms > limits.silence_ms {",
+        replacement: "silent_ms > limits.silence_ms.saturating_add(60_000) {",
         judge: Campaign(SILENT_HOST),
     },
     Mutation {
@@ -107,15 +107,15 @@ pub(super) const MUTATIONS: &[Mutation] = &[
     Mutation {
         name: "supply left on in an emergency stop",
         file: SUPPLY,
-        find: "Mode::Fault(Fault::EmergencyStop(_) | Fault::Corrupted) => Self::Off,",
-        replacement: "Mode::Fault(Fault::EmergencyStop(_) | Fault::Corrupted) => Self::On,",
+        find: "Some(Fault::EmergencyStop(_) | Fault::Corrupted) => Self::Off,",
+        replacement: "Some(Fault::EmergencyStop(_) | Fault::Corrupted) => Self::On,",
         judge: Campaign(ALL),
     },
     Mutation {
         name: "supply left on with motors unconfirmed",
         file: SUPPLY,
-        find: "Mode::Fault(_) if unconfirmed_us >= CONFIRM_US => Self::Off,",
-        replacement: "Mode::Fault(_) if unconfirmed_us >= CONFIRM_US => self,",
+        find: "Some(_) if unconfirmed_us >= CONFIRM_US => Self::Off,",
+        replacement: "Some(_) if unconfirmed_us >= CONFIRM_US => self,",
         judge: Campaign(MORE),
     },
     Mutation {
@@ -162,9 +162,9 @@ pub(super) const MUTATIONS: &[Mutation] = &[
     },
     Mutation {
         name: "PWM limit not applied",
-        file: "shared/board/src/tick/torque_control.rs",
-        find: "let pwm_max = config.limits().pwm_counts;",
-        replacement: "let pwm_max = 1_000;",
+        file: "shared/board/src/tick/actuator_command.rs",
+        find: "(limited.torque_nm, config.limits().pwm_counts);",
+        replacement: "(limited.torque_nm, 1_000);",
         judge: Test(LARGEST_PWM),
     },
     Mutation {
