@@ -24,8 +24,9 @@
 //!   | SYNC_WR u(k-1) | CYCLE: samples | step -> u(k) ... | SYNC_WR u(k) | CYCLE: samples |
 //!   ```
 //!
-//!   The model takes the samples of a tick for taken when its command takes effect. They are some
-//!   0.1 ms later at 1 Mbaud, which is not modelled.
+//!   The estimator takes samples and command of a tick for simultaneous. The bus has the one after
+//!   the other, and a servo applies a PWM in its own control step: the bench simulates both, the
+//!   model has neither.
 //! * The motors are driven only under [`Permission::Drive`]. Any fault, and any other
 //!   permission, make the command [`ActuatorCommand::OFF`].
 //! * The configuration is immutable between ticks and replaced as a whole
@@ -136,7 +137,7 @@ pub fn step(
     let acts_us = input.acts_us();
     let mut status = TickStatus::new(input.permission);
 
-    // Sense: counts to angles, counter-clockwise positive; the command that was sent.
+    // Sense: counts to angles, with the sign of the model; the command that was sent.
     let sensed = Sensed::new(&config.control, input, &control_loop.command);
 
     // Time-outs: silence of the host, age and integrity of the drive command.
@@ -176,7 +177,7 @@ pub fn step(
         status.is_drive_permitted(),
     );
 
-    // Control: a joint torque, counter-clockwise positive; none without permission and state.
+    // Control: a joint torque, with the sign of the angles; none without permission and state.
     control_loop.control.fade(&config.control);
     let motor_check = check_motors(config, control_loop, &sensed, &estimated, &mut status);
     let is_controlled = status.is_drive_permitted() && control_loop.estimation.has_state();

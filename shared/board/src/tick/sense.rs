@@ -1,8 +1,8 @@
 //! Sense: the samples of a tick as counts and angles, and the command under which they were
 //! taken.
 //!
-//! An angle is positive as in the paper, counter-clockwise from upright; the sign of a servo
-//! that is mounted the other way is in its calibration
+//! Angles have the sign of the arm's model ([`armbridge_control::arm`]), and torques that of the
+//! angles; the sign of a servo that is mounted the other way is in its calibration
 //! ([`Joint`](armbridge_control::actuator::Joint)). A missing sample is `None`, never a number.
 
 use super::actuator_command::ActuatorCommand;
