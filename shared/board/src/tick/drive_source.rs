@@ -68,6 +68,7 @@ impl DriveSource {
         }
         if !(self.command.is_intact() && self.reference.is_intact()) {
             status.trip(Violation::plain(Fault::Corrupted));
+            return None;
         }
         self.check_host_silence(limits, input, status)
             .or_else(|| self.check_age(limits, input, status))
@@ -81,7 +82,7 @@ impl DriveSource {
         status: &mut TickStatus,
     ) -> Option<Fallback> {
         let silent_ms = input.host_silent_ms;
-        if status.is_armed() && silent_ms > limits.silence_ms {
+        if silent_ms > limits.silence_ms {
             status.trip(Violation {
                 value: f32::from(silent_ms) * 1e-3,
                 limit: f32::from(limits.silence_ms) * 1e-3,

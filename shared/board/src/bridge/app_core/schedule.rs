@@ -51,7 +51,8 @@ impl Schedule {
         (late_us, missed as u32)
     }
 
-    /// Begins a tick, so late and after so many missed ones.
+    /// Begins the tick. Apart from [`plan_next`](Self::plan_next), because an overrun in between is
+    /// a fault of the tick before.
     pub(crate) fn begin_tick(&mut self, late_us: u64, missed: u32) {
         self.start_us = self.now_us;
         self.tick = self.tick.wrapping_add(1);
