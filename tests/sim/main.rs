@@ -8,6 +8,7 @@ mod control;
 mod endurance;
 mod experiments;
 mod fault_campaign;
+mod float;
 mod golden;
 mod host_sessions;
 mod identification;

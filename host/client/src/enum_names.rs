@@ -44,11 +44,13 @@ names! {
         Running(Drive::Track) "track",
         Running(Drive::Hold) "hold",
         Running(Drive::Experiment) "experiment",
+        Running(Drive::Float) "float",
         Degraded(Drive::Torque) "torque_degraded",
         Degraded(Drive::Regulate) "regulate_degraded",
         Degraded(Drive::Track) "track_degraded",
         Degraded(Drive::Hold) "hold_degraded",
         Degraded(Drive::Experiment) "experiment_degraded",
+        Degraded(Drive::Float) "float_degraded",
         Passthrough "passthrough",
         ; Mode::Fault(_) => "fault"
     }
@@ -80,6 +82,7 @@ pub fn command(command: &Command) -> &'static str {
         Command::Follow(_) => "follow",
         Command::Stream { .. } => "stream",
         Command::Experiment(_) => "experiment",
+        Command::Float => "float",
         Command::Prepare => "prepare",
         Command::Release => "release",
         Command::ClearFault => "clear_fault",

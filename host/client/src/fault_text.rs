@@ -84,6 +84,7 @@ pub fn mode(mode: Mode) -> (&'static str, &'static str) {
             "the host was silent, or an experiment is over: braked, and holds",
         ),
         Mode::Running(Drive::Experiment) => ("RUNNING", "an experiment drives the arm"),
+        Mode::Running(Drive::Float) => ("RUNNING", "weightless: lead it by hand"),
         Mode::Degraded(Drive::Torque) => ("DEGRADED", "constant torque; samples missing"),
         Mode::Degraded(Drive::Regulate) => ("DEGRADED", "regulates; samples missing, predicted"),
         Mode::Degraded(Drive::Track) => {
@@ -91,6 +92,7 @@ pub fn mode(mode: Mode) -> (&'static str, &'static str) {
         }
         Mode::Degraded(Drive::Hold) => ("DEGRADED", "braked, and holds; samples missing"),
         Mode::Degraded(Drive::Experiment) => ("DEGRADED", "an experiment; samples missing"),
+        Mode::Degraded(Drive::Float) => ("DEGRADED", "weightless; samples missing, predicted"),
         Mode::Passthrough => (
             "PASSTHROUGH",
             "a program on the transparent port has the bus",

@@ -66,6 +66,9 @@ pub fn in_words(refusal: Refusal) -> String {
             "these servos cannot be asked so often on this bus: the shortest period is \
              {least_us} us"
         ),
+        Refusal::TooSlow { most_us } => {
+            format!("an arm floats at periods of at most {most_us} us: set setup.period_us")
+        }
         Refusal::OutOfRange => "a number in it is not finite or out of range".into(),
         Refusal::NoGains => {
             "no gains exist for these weights: R must be positive, and Q see every angle".into()

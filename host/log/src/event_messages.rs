@@ -56,6 +56,7 @@ pub(super) fn command(host_ns: u64, sequence: u16, content: &ToBoard) -> proto::
             | Command::Arm { .. }
             | Command::Follow(_)
             | Command::Experiment(_)
+            | Command::Float
             | Command::Prepare
             | Command::Release
             | Command::ClearFault

@@ -9,7 +9,7 @@ use crate::drivetrain::Joints;
 use crate::faults::sensor::SensorFault;
 use crate::half_duplex_bus::{ByteFault, Device, Disturbance, ReceivedByte, Wire, bit_ns};
 use crate::morpheus_servo::Servo;
-use crate::plant::{Impact, MotorFault, Plant, Push};
+use crate::plant::{Impact, Lead, MotorFault, Plant, Push};
 use crate::servo_kind::ServoKind;
 
 /// Default baud rate of the servos.
@@ -273,6 +273,11 @@ impl Bench {
     /// The arm's fastest impact on a stop since the last call.
     pub(crate) fn take_impact(&mut self) -> Option<Impact> {
         self.joints.arm.take_impact()
+    }
+
+    /// Adds a hand that leads the arm, see [`Plant::lead`].
+    pub fn lead(&mut self, lead: &Lead) {
+        self.joints.arm.lead(lead);
     }
 
     /// Pushes the arm. A push whose start has passed begins now.

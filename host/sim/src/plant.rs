@@ -11,6 +11,7 @@
 //! |-------------------|-----------------------------------------------------|
 //! | PWM to torque     | equation (5), 1000 = off, gain and offset errors, dead zone, delay, limit |
 //! | pushes            | an external torque on a joint, for a time            |
+//! | grasps            | a spring and damper from a link to a hand that leads it |
 //! | hands             | an imposed motion, then a hold, until a motor drives the arm |
 //! | torque to motion  | equation (1), exact Coriolis, viscous and dry friction, stops |
 //! | motion to counts  | calibration, Gaussian noise, rounding, 0..=1023      |
@@ -24,6 +25,7 @@ mod file;
 mod hand;
 
 pub use armbridge_client::simulation::Push;
+pub use body::grasp::Grip;
 pub use body::{Body, Friction, Impact};
 pub use config::PlantConfig;
 pub use file::{BuiltinPlant, KEYS, KeyConflict, PLANTS, PlantError, PlantFile};
@@ -34,6 +36,7 @@ use armbridge_client::simulation::TrueState;
 use armbridge_control::arm::State;
 use armbridge_link::server::Touch;
 use armbridge_servo::{JOINTS, Pwm};
+use body::grasp::Grasp;
 use hand::Hand;
 use nalgebra::Vector2;
 use rand_distr::{Distribution, StandardNormal};
@@ -96,6 +99,28 @@ fn initial_body(config: &PlantConfig) -> Body {
     )
 }
 
+/// A hand that leads the arm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lead {
+    /// Link, stiffness and damping.
+    pub grip: Grip,
+    /// Start in ns: it grasps the arm where it is then.
+    pub start_ns: u64,
+    /// Points of its path, in order of time.
+    pub path: Vec<LeadPoint>,
+    /// Time in ns after the start at which it lets go.
+    pub release_ns: u64,
+}
+
+/// Point of a hand's path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeadPoint {
+    /// Time in ns after the start.
+    pub after_ns: u64,
+    /// Joint angles in rad.
+    pub angle_rad: [f64; JOINTS],
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Change {
     at_ns: u64,
@@ -108,6 +133,14 @@ enum ChangeKind {
     Pwm { servo: usize, pwm: u16 },
     /// Adds to the external torque.
     Push { joint: usize, delta_nm: f64 },
+    /// A hand leads a link to these angles, from where it is.
+    Lead {
+        grip: Grip,
+        to_rad: [f64; JOINTS],
+        duration_ns: u64,
+    },
+    /// The hand lets go.
+    LetGo,
 }
 
 impl Plant {
@@ -164,6 +197,25 @@ impl Plant {
         self.change(start_ns, ChangeKind::Push { joint, delta_nm });
         let delta_nm = -delta_nm;
         self.change(start_ns + duration_ns, ChangeKind::Push { joint, delta_nm });
+    }
+
+    /// Adds a hand that grasps a link at `start_ns` and leads it through the points of `path`,
+    /// times in ns since then; it lets go after `release_ns`, wherever it is.
+    pub fn lead(&mut self, lead: &Lead) {
+        let start_ns = lead.start_ns.max(self.now_ns);
+        let mut before_ns = 0;
+        for via in &lead.path {
+            if before_ns < lead.release_ns {
+                let kind = ChangeKind::Lead {
+                    grip: lead.grip,
+                    to_rad: via.angle_rad,
+                    duration_ns: via.after_ns - before_ns,
+                };
+                self.change(start_ns + before_ns, kind);
+            }
+            before_ns = via.after_ns;
+        }
+        self.change(start_ns + lead.release_ns, ChangeKind::LetGo);
     }
 
     /// Sets the fault of a servo's motor from now on.
@@ -291,7 +343,7 @@ impl Plant {
             speed_rad_s: real(state.dq),
             torque_nm: real(self.motor_nm),
             friction_nm: real(friction_nm),
-            push_nm: real(self.push_nm),
+            push_nm: real(self.push_nm + self.body.hand_nm(self.now_ns)),
         }
     }
 
@@ -320,6 +372,17 @@ impl Plant {
                 self.motor_nm[servo] = self.torque_of(servo);
             }
             ChangeKind::Push { joint, delta_nm } => self.push_nm[joint] += delta_nm,
+            ChangeKind::Lead {
+                grip,
+                to_rad,
+                duration_ns,
+            } => {
+                let grasp = self.body.grasp();
+                let from_rad = grasp.map_or_else(|| self.body.state(at_ns).q, Grasp::end_rad);
+                let grasp = Grasp::new(grip, from_rad, to_rad.into(), at_ns, duration_ns);
+                self.body.set_grasp(at_ns, Some(grasp));
+            }
+            ChangeKind::LetGo => self.body.set_grasp(at_ns, None),
         }
         self.body.set_torque(at_ns, self.motor_nm + self.push_nm);
     }

@@ -186,6 +186,9 @@ pub enum Command {
     /// tick, and ends by itself in [`Drive::Hold`]. The same command while it runs
     /// has no effect; any other drive ends it.
     Experiment(Experiment),
+    /// Make the arm weightless where it is, so that a hand leads it; see
+    /// [`float`](armbridge_control::controller::float).
+    Float,
     /// Set stock servos to wheel mode and a short return delay, where they are
     /// not: both are kept in their EEPROM. Torque can be asked for when they are
     /// reported found again, and ready. Nothing to do on Morpheus servos.
@@ -203,6 +206,28 @@ pub enum Command {
     /// Keep set-up and limits across power-off, while idle. Confirms them, after saved ones
     /// were lost.
     Save,
+}
+
+impl Command {
+    /// Whether it drives the arm, which has to be armed.
+    pub const fn is_drive(&self) -> bool {
+        match self {
+            Self::Torque(_)
+            | Self::Regulate(_)
+            | Self::Follow(_)
+            | Self::Stream { .. }
+            | Self::Experiment(_)
+            | Self::Float => true,
+            Self::Idle
+            | Self::Arm { .. }
+            | Self::Prepare
+            | Self::Release
+            | Self::ClearFault
+            | Self::Configure(_)
+            | Self::Limit(_)
+            | Self::Save => false,
+        }
+    }
 }
 
 /// Reason for the refusal of a command.
@@ -259,6 +284,11 @@ pub enum Refusal {
     TooFast {
         /// At the bus's speed and with this firmware.
         least_us: u32,
+    },
+    /// Ticks are too rare for an arm that floats: the longest period in µs.
+    TooSlow {
+        /// Of a float.
+        most_us: u32,
     },
     /// A motion would go beyond what the arm is allowed.
     Beyond {

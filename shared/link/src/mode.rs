@@ -76,6 +76,8 @@ pub enum Drive {
     Hold,
     /// The signals of an experiment.
     Experiment,
+    /// Weightless: a hand leads the arm, which stays where it is left.
+    Float,
 }
 
 impl Drive {
@@ -83,7 +85,7 @@ impl Drive {
     pub const fn is_closed_loop(self) -> bool {
         match self {
             Self::Regulate | Self::Track | Self::Hold => true,
-            Self::Torque | Self::Experiment => false,
+            Self::Torque | Self::Experiment | Self::Float => false,
         }
     }
 }

@@ -163,6 +163,7 @@ impl Random {
                 angle_rad: self.reals(),
                 speed_rad_s: None,
             },
+            Command::Float,
             Command::Prepare,
             Command::Release,
             Command::ClearFault,

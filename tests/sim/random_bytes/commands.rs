@@ -184,6 +184,7 @@ pub(super) fn message(random: &mut Random, session: u32) -> ToBoard {
             3 => Command::Save,
             _ => Command::Limit(limits(random)),
         },
+        28 => Command::Float,
         _ => Command::Regulate([0.1, -1.0]),
     })
 }
@@ -208,6 +209,7 @@ pub(super) fn is_acceptable(command: &Command) -> bool {
         | Command::Release
         | Command::ClearFault
         | Command::Arm { .. }
+        | Command::Float
         | Command::Save => true,
         Command::Limit(limits) => limits.is_valid(),
         Command::Experiment(plan) => experiments::is_acceptable(plan),

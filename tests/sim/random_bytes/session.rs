@@ -177,17 +177,11 @@ impl<'a> Test<'a> {
             assert!(self.was_sent(is_arm), "{mode:?}: {:?}", self.received);
         }
         if drives(mode) && !drives(before) {
-            let is_on = |command: &Command| {
-                matches!(
-                    command,
-                    Command::Torque(_)
-                        | Command::Regulate(_)
-                        | Command::Follow(_)
-                        | Command::Stream { .. }
-                        | Command::Experiment(_)
-                )
-            };
-            assert!(self.was_sent(is_on), "{mode:?}: {:?}", self.received);
+            assert!(
+                self.was_sent(Command::is_drive),
+                "{mode:?}: {:?}",
+                self.received
+            );
         }
         self.check_wire(sent_before, before.is_armed() || mode.is_armed());
         if before.is_armed() && mode.is_armed() {

@@ -118,6 +118,7 @@ impl Collector {
             Command::Follow(_) => "motion",
             Command::Experiment(_) => "experiment",
             Command::Torque(_) => "torque",
+            Command::Float => "float",
             Command::Configure(_) | Command::Limit(_) => "settings",
             // Setpoints are steps of the reference; a stream has hundreds of points.
             Command::Regulate(_) | Command::Stream { .. } | Command::Prepare | Command::Save => {

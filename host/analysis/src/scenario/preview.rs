@@ -179,6 +179,7 @@ impl PreviewBuilder {
                     [JointPreview::UNKNOWN; JOINTS]
                 }
                 Command::Torque(_)
+                | Command::Float
                 | Command::Arm { .. }
                 | Command::Stream { .. }
                 | Command::Prepare

@@ -115,7 +115,7 @@ impl ReferenceSource {
                         since_us,
                     };
                 }
-                Command::Torque(_) => self.clear(),
+                Command::Torque(_) | Command::Float => self.clear(),
                 Command::Experiment(ref plan) => {
                     let rest = self.rest(step.at_us);
                     check_experiment(settings, plan, rest)

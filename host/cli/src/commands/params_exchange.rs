@@ -194,6 +194,7 @@ fn name(command: Command) -> &'static str {
         | Command::Follow(_)
         | Command::Stream { .. }
         | Command::Experiment(_)
+        | Command::Float
         | Command::Prepare
         | Command::Release
         | Command::ClearFault => "a command",

@@ -37,15 +37,11 @@ impl CommandKind {
     fn of(command: &Command) -> Self {
         match command {
             Command::Configure(_) | Command::Limit(_) => Self::Change,
-            Command::Arm { .. }
-            | Command::Torque(_)
-            | Command::Regulate(_)
-            | Command::Follow(_)
-            | Command::Stream { .. }
-            | Command::Experiment(_) => Self::Drive,
+            Command::Arm { .. } => Self::Drive,
+            command if command.is_drive() => Self::Drive,
             Command::Idle => Self::Disarm,
             Command::ClearFault => Self::Clear,
-            Command::Prepare | Command::Release | Command::Save => Self::Other,
+            _ => Self::Other,
         }
     }
 }

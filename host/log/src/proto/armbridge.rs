@@ -363,6 +363,9 @@ pub enum Mode {
     ExperimentDegraded = 14,
     /// Direction and joint of each motor are tested, before the first command.
     MotorCheck = 15,
+    /// The arm floats, led by a hand, and the same with a sample missing.
+    Float = 16,
+    FloatDegraded = 17,
 }
 impl Mode {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -387,6 +390,8 @@ impl Mode {
             Self::Experiment => "MODE_EXPERIMENT",
             Self::ExperimentDegraded => "MODE_EXPERIMENT_DEGRADED",
             Self::MotorCheck => "MODE_MOTOR_CHECK",
+            Self::Float => "MODE_FLOAT",
+            Self::FloatDegraded => "MODE_FLOAT_DEGRADED",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -408,6 +413,8 @@ impl Mode {
             "MODE_EXPERIMENT" => Some(Self::Experiment),
             "MODE_EXPERIMENT_DEGRADED" => Some(Self::ExperimentDegraded),
             "MODE_MOTOR_CHECK" => Some(Self::MotorCheck),
+            "MODE_FLOAT" => Some(Self::Float),
+            "MODE_FLOAT_DEGRADED" => Some(Self::FloatDegraded),
             _ => None,
         }
     }

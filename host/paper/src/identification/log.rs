@@ -88,7 +88,12 @@ fn kind(record: &Record) -> Option<ExperimentKind> {
     match record.mode.drive()? {
         Drive::Experiment if is_off => Some(ExperimentKind::FreeFall),
         Drive::Experiment | Drive::Torque if !is_off => Some(ExperimentKind::ConstantInput),
-        Drive::Experiment | Drive::Torque | Drive::Regulate | Drive::Track | Drive::Hold => None,
+        Drive::Experiment
+        | Drive::Torque
+        | Drive::Regulate
+        | Drive::Track
+        | Drive::Hold
+        | Drive::Float => None,
     }
 }
 

@@ -24,8 +24,14 @@
 //!
 //! Inelastic: a joint that reaches one loses its speed and stays there while it
 //! is pushed against it.
+//!
+//! # Hand
+//!
+//! A [grasp](grasp) adds the torque of a spring and damper between the end of a link and a hand that
+//! moves. It is computed at each stage of a step, from state and time.
 
 mod friction;
+pub mod grasp;
 
 use armbridge_control::arm::{Parameters, Posture, State};
 use armbridge_servo::JOINTS;
@@ -33,6 +39,7 @@ use nalgebra::Vector2;
 
 pub use friction::Friction;
 use friction::{Contact, contact_of};
+use grasp::Grasp;
 
 /// Limit of the reversals of joints within a step. The rest of a step with more is
 /// skipped; the motion in it is small.
@@ -61,6 +68,7 @@ pub struct Body {
     state: State<f64>,
     contact: [Contact; JOINTS],
     torque_nm: Vector2<f64>,
+    grasp: Option<Grasp>,
     /// All joints are at rest until the torque changes.
     still: bool,
     /// Fastest impact since the last call of [`Body::take_impact`].
@@ -85,6 +93,7 @@ impl Body {
             state: initial,
             contact,
             torque_nm: Vector2::zeros(),
+            grasp: None,
             still: false,
             impact: None,
         }
@@ -119,9 +128,10 @@ impl Body {
         let mut copy = *self;
         copy.advance(at_ns);
         copy.step(at_ns);
-        copy.break_away();
-        let free = copy.arm.acceleration(&copy.state, copy.torque_nm);
-        let acceleration = copy.derivative(&copy.state).dq;
+        copy.break_away(0.0);
+        let applied_nm = copy.applied_nm(&copy.state, 0.0);
+        let free = copy.arm.acceleration(&copy.state, applied_nm);
+        let acceleration = copy.derivative(&copy.state, 0.0).dq;
         let reaction_nm = copy.arm.mass(copy.state.q) * (acceleration - free);
         // The rest of it is that of an end stop.
         let friction_nm = Vector2::from_fn(|joint, _| {
@@ -143,6 +153,38 @@ impl Body {
             self.step(at_ns);
             self.torque_nm = torque_nm;
             self.still = false;
+        }
+    }
+
+    /// The grasp of a hand from `at_ns` on, if there is one.
+    pub(super) fn set_grasp(&mut self, at_ns: u64, grasp: Option<Grasp>) {
+        self.advance(at_ns);
+        self.step(at_ns);
+        self.grasp = grasp;
+        self.still = false;
+    }
+
+    /// The grasp of a hand.
+    pub(super) fn grasp(&self) -> Option<&Grasp> {
+        self.grasp.as_ref()
+    }
+
+    /// Torque of the hand on the joints at `at_ns`, in N m.
+    pub(super) fn hand_nm(&self, at_ns: u64) -> Vector2<f64> {
+        self.grasp.map_or_else(Vector2::zeros, |grasp| {
+            grasp.torque_nm(&self.arm, &self.state(at_ns), at_ns as f64 * 1e-9)
+        })
+    }
+
+    /// Torque of motors, pushes and hand on the joints in N m, in a state so long before the end
+    /// of the step.
+    fn applied_nm(&self, state: &State<f64>, before_s: f64) -> Vector2<f64> {
+        match &self.grasp {
+            Some(grasp) => {
+                let at_s = self.time_ns as f64 * 1e-9 - before_s;
+                self.torque_nm + grasp.torque_nm(&self.arm, state, at_s)
+            }
+            None => self.torque_nm,
         }
     }
 
@@ -193,18 +235,19 @@ impl Body {
         }
         let mut rest_s = step_s;
         for _ in 0..REVERSALS_MAX {
-            self.break_away();
+            self.break_away(rest_s);
             if self.contact == [Contact::Stuck; JOINTS] {
-                self.still = true;
+                // A hand that moves may free it at any time.
+                self.still = self.grasp.is_none();
                 return;
             }
-            let next = self.runge_kutta(rest_s);
+            let next = self.runge_kutta(rest_s, rest_s);
             let Some((joint, reversal_s)) = self.first_reversal(&next, rest_s) else {
                 self.state = next;
                 self.stop_and_stick();
                 return;
             };
-            self.state = self.runge_kutta(reversal_s);
+            self.state = self.runge_kutta(reversal_s, rest_s);
             self.state.dq[joint] = 0.0;
             self.stop_and_stick();
             rest_s -= reversal_s;
@@ -222,7 +265,7 @@ impl Body {
                 // Speed is nearly linear over a step: one more step of the secant is exact.
                 let per_s = (to - from) / step_s;
                 let near_s = -from / per_s;
-                let reversal_s = near_s - self.runge_kutta(near_s).dq[joint] / per_s;
+                let reversal_s = near_s - self.runge_kutta(near_s, step_s).dq[joint] / per_s;
                 (joint, reversal_s.clamp(0.0, step_s))
             })
         });
@@ -230,13 +273,14 @@ impl Body {
     }
 
     /// Releases stuck joints whose torque exceeds static friction.
-    fn break_away(&mut self) {
+    fn break_away(&mut self, before_s: f64) {
         if !self.contact.contains(&Contact::Stuck) {
             return;
         }
         let State { q, dq } = self.state;
         let posture = Posture::of(q);
-        let acceleration = posture.forward_dynamics(&self.arm, dq, self.torque_nm);
+        let applied_nm = self.applied_nm(&self.state, before_s);
+        let acceleration = posture.forward_dynamics(&self.arm, dq, applied_nm);
         let push_nm = posture
             .mass_diagonal(&self.arm)
             .component_mul(&acceleration);
@@ -253,16 +297,17 @@ impl Body {
         }
     }
 
-    fn runge_kutta(&self, step_s: f64) -> State<f64> {
+    /// The state after `step_s`, from one that is `before_s` before the end of the step.
+    fn runge_kutta(&self, step_s: f64, before_s: f64) -> State<f64> {
         let at = |speed: &State<f64>, seconds: f64| State {
             q: self.state.q + speed.q * seconds,
             dq: self.state.dq + speed.dq * seconds,
         };
         let half_s = 0.5 * step_s;
-        let k1 = self.derivative(&self.state);
-        let k2 = self.derivative(&at(&k1, half_s));
-        let k3 = self.derivative(&at(&k2, half_s));
-        let k4 = self.derivative(&at(&k3, step_s));
+        let k1 = self.derivative(&self.state, before_s);
+        let k2 = self.derivative(&at(&k1, half_s), before_s - half_s);
+        let k3 = self.derivative(&at(&k2, half_s), before_s - half_s);
+        let k4 = self.derivative(&at(&k3, step_s), before_s - step_s);
         let mean = State {
             q: k1.q + (k2.q + k3.q) * 2.0 + k4.q,
             dq: k1.dq + (k2.dq + k3.dq) * 2.0 + k4.dq,
@@ -270,8 +315,8 @@ impl Body {
         at(&mean, step_s / 6.0)
     }
 
-    fn derivative(&self, state: &State<f64>) -> State<f64> {
-        let mut torque = self.torque_nm;
+    fn derivative(&self, state: &State<f64>, before_s: f64) -> State<f64> {
+        let mut torque = self.applied_nm(state, before_s);
         for joint in 0..JOINTS {
             if let Contact::Sliding(direction) = self.contact[joint] {
                 torque[joint] -= direction * self.friction[joint].sliding_nm(state.dq[joint]);
@@ -320,81 +365,4 @@ impl Body {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const S: u64 = 1_000_000_000;
-
-    /// Link 2 of an arm without weight, under this torque for 5 s.
-    fn turned(friction: Friction, torque_nm: f64) -> State<f64> {
-        let arm = Parameters {
-            g: 0.0,
-            ..Parameters::paper()
-        };
-        let stops = [[-100.0, 100.0]; JOINTS];
-        let at_rest = State::at_rest(Vector2::zeros());
-        let mut body = Body::new(arm, [friction; JOINTS], stops, at_rest);
-        body.set_torque(0, Vector2::new(0.0, torque_nm));
-        body.advance(5 * S);
-        body.state(5 * S)
-    }
-
-    #[test]
-    fn dry_friction_comes_down_with_speed_after_stribeck() {
-        let friction = Friction {
-            coulomb_nm: 0.04,
-            static_nm: 0.06,
-            stribeck_rad_s: 0.3,
-        };
-        let viscous = Parameters::<f64>::paper().b2;
-        assert!(turned(friction, 0.0599).dq.y.abs() <= 0.0);
-        for torque_nm in [0.08, 0.1, -0.1, 0.2] {
-            let speed = turned(friction, torque_nm).dq.y;
-            let dry_nm = 0.04 + 0.02 * (-(speed / 0.3).powi(2)).exp();
-            let balance_nm = torque_nm - viscous * speed - dry_nm.copysign(speed);
-            assert!(balance_nm.abs() < 1e-9, "{torque_nm} N m: {balance_nm}");
-            // The jump, which is where this ends at speed, lets it go faster.
-            let jump = Friction {
-                stribeck_rad_s: 0.0,
-                ..friction
-            };
-            let faster = turned(jump, torque_nm).dq.y;
-            assert!(faster.abs() > speed.abs());
-            assert!((faster.abs() - (torque_nm.abs() - 0.04) / viscous).abs() < 1e-9);
-        }
-    }
-
-    #[test]
-    fn a_joint_reverses_when_its_speed_is_zero_not_at_the_next_step() {
-        let friction = Friction {
-            coulomb_nm: 0.04,
-            static_nm: 0.06,
-            stribeck_rad_s: 0.0,
-        };
-        let arm = Parameters {
-            g: 0.0,
-            ..Parameters::paper()
-        };
-        let stops = [[-100.0, 100.0]; JOINTS];
-        let (inertia, torque_nm) = (arm.i2y + arm.m2 * arm.l2 * arm.l2 / 4.0, 0.2);
-        let constant_s = inertia / arm.b2;
-        // Slides at this speed, until it is pushed the other way as hard.
-        let full_rad_s = (torque_nm - friction.coulomb_nm) / arm.b2;
-        let slower_rad_s = (torque_nm + friction.coulomb_nm) / arm.b2;
-        let until_s = constant_s * (1.0 + full_rad_s / slower_rad_s).ln();
-        for us in [0, 13, 50, 87] {
-            let at_rest = State::at_rest(Vector2::zeros());
-            let mut body = Body::new(arm, [friction; JOINTS], stops, at_rest);
-            let from_ns = 20 * S + us * 1_000;
-            body.set_torque(0, Vector2::new(0.0, torque_nm));
-            body.set_torque(from_ns, Vector2::new(0.0, -torque_nm));
-            let speed = body.state(from_ns + S / 10).dq.y;
-            let back_s = 0.1 - until_s;
-            let expected = -full_rad_s * (1.0 - (-back_s / constant_s).exp());
-            assert!(
-                back_s > 0.0 && (speed - expected).abs() < 1e-9,
-                "{us} us: {speed}"
-            );
-        }
-    }
-}
+mod tests;

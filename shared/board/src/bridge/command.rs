@@ -77,6 +77,7 @@ pub fn validate(
             Ok(()) => Ok(ValidatedCommand::Drive(DriveRequest::Experiment(plan))),
             Err(objection) => Err(Refusal::Experiment(objection)),
         },
+        Command::Float => Ok(ValidatedCommand::Drive(DriveRequest::Float)),
         Command::Prepare => Ok(ValidatedCommand::Prepare),
         Command::Release => Ok(ValidatedCommand::Release),
         Command::ClearFault => Ok(ValidatedCommand::ClearFault),

@@ -20,7 +20,8 @@ use armbridge_control::actuator::Joint;
 use armbridge_control::arm::{Discrete, Parameters};
 use armbridge_control::check_word::{CheckWord, Checked};
 use armbridge_control::controller::{
-    ComputedTorque, Controller, DryFriction, IntegralAction, Lqr, Tuning, Weights, computed_torque,
+    ComputedTorque, Controller, DryFriction, Float, IntegralAction, Lqr, Tuning, Weights,
+    computed_torque,
 };
 use armbridge_control::design::stability::{self, Eigenvalue};
 use armbridge_control::estimate::{self, Config, Estimator};
@@ -86,6 +87,7 @@ pub struct ControlConfig {
     pub(super) controller: Controller<f32>,
     pub(super) integral: Option<IntegralAction<f32>>,
     pub(super) friction: DryFriction<f32>,
+    pub(super) float: Float<f32>,
     /// Factor of the torque offset per period.
     pub(super) fade: f32,
     checks: [CheckWord; SECTIONS as usize - 1],
@@ -245,6 +247,7 @@ impl ControlConfig {
             controller,
             integral,
             friction: DryFriction::of(setup.friction_nm),
+            float: Float::new(&arm, setup.friction_nm, period_s),
             fade: FADE_S / (period_s + FADE_S),
             checks: [CheckWord::compute(&0_u32); SECTIONS as usize - 1],
         };
@@ -275,6 +278,7 @@ impl ControlConfig {
                 self.controller.check(&mut sum);
                 self.integral.check(&mut sum);
                 self.friction.check(&mut sum);
+                self.float.check(&mut sum);
             }
         }
         sum

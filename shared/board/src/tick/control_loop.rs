@@ -25,6 +25,7 @@ use super::reference::{LEAD_US, ReferenceSource, StartPoint, TimedTrajectory};
 use super::status::Instant;
 use super::torque_control::TorqueControl;
 use armbridge_control::arm::State;
+use armbridge_control::controller::float;
 use armbridge_control::trajectory::Reference;
 use armbridge_control::trajectory::stream::Point;
 use armbridge_link::experiment::Experiment;
@@ -57,7 +58,7 @@ impl ControlLoop {
             monitors: Monitors::default(),
             motor_check: MotorCheck::default(),
             source: DriveSource::new(),
-            control: TorqueControl::new(),
+            control: TorqueControl::new(&config.control),
             state: State::at_rest(upright),
             reference: Reference::at_rest(upright),
             command: ActuatorCommand::OFF,
@@ -143,9 +144,12 @@ impl ControlLoop {
             self.estimation.take_over(&config.control);
             self.control.install(config.control.integral.is_some());
             self.fade_from(config, torque_nm, &reference);
+            let total_nm = Some(self.command.total_nm());
+            self.control
+                .begin_float(&config.control, &self.state, total_nm);
         } else {
             self.estimation = Estimation::new(&config.control);
-            self.control = TorqueControl::new();
+            self.control = TorqueControl::new(&config.control);
         }
         if before.period_us() != config.period_us() {
             self.monitors = Monitors::default();
@@ -223,6 +227,7 @@ impl ControlLoop {
             DriveRequest::Follow(ref motion) => self.follow_motion(config, motion, now),
             DriveRequest::Stream(point) => self.follow_point(config, point, now),
             DriveRequest::Experiment(ref plan) => self.begin_experiment(config, plan, now),
+            DriveRequest::Float => self.begin_float(config, now),
         }
     }
 
@@ -290,6 +295,25 @@ impl ControlLoop {
         Ok(())
     }
 
+    /// Makes the arm weightless, from the torque in force if it is driven; repeated, it goes on.
+    #[inline(never)]
+    fn begin_float(&mut self, config: &LoopConfig, now: Instant) -> Result<(), Refusal> {
+        if config.period_us().get() > float::PERIOD_MAX_US {
+            return Err(Refusal::TooSlow {
+                most_us: float::PERIOD_MAX_US,
+            });
+        }
+        let is_floating = now.is_driven && self.drive() == Drive::Float;
+        let torque_nm = now.is_driven.then(|| self.command.total_nm());
+        self.begin_drive(now);
+        if !is_floating {
+            self.control
+                .begin_float(&config.control, &self.state, torque_nm);
+        }
+        self.source.command = DriveCommand::new(Drive::Float, [0.0; JOINTS], now.us);
+        Ok(())
+    }
+
     /// Follows a source, or the present one; the transition from a constant torque has no step.
     fn follow(
         &mut self,
@@ -299,7 +323,7 @@ impl ControlLoop {
         now: Instant,
     ) {
         let was_constant = match self.drive() {
-            Drive::Torque | Drive::Experiment => now.is_driven,
+            Drive::Torque | Drive::Experiment | Drive::Float => now.is_driven,
             Drive::Regulate | Drive::Track | Drive::Hold => false,
         };
         self.begin_drive(now);

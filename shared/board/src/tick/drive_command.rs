@@ -28,6 +28,8 @@ pub enum DriveRequest {
     Stream(Point<f32>),
     /// Run this experiment.
     Experiment(Experiment),
+    /// Make the arm weightless, for a hand to lead.
+    Float,
 }
 
 /// See the [module](self).
@@ -53,12 +55,13 @@ checked!(Words {
 });
 
 /// Code words: Walsh functions, with the index of the source in the last three bits.
-const DRIVES: [(Drive, u32); 5] = [
+const DRIVES: [(Drive, u32); 6] = [
     (Drive::Torque, 0x5555_5550),
     (Drive::Regulate, 0x3333_3331),
     (Drive::Track, 0x0F0F_0F0A),
     (Drive::Hold, 0x00FF_00FB),
     (Drive::Experiment, 0x6969_696C),
+    (Drive::Float, 0x3C3C_3C3D),
 ];
 
 impl DriveCommand {

@@ -94,8 +94,8 @@ impl DriveSource {
             return None;
         }
         match self.drive() {
-            // The arm is held already.
-            Drive::Regulate | Drive::Hold => None,
+            // The arm is held already, or stays where it is.
+            Drive::Regulate | Drive::Hold | Drive::Float => None,
             Drive::Track => Some(self.brake(input.acts_us())),
             Drive::Torque => {
                 status.permission = Permission::Armed;
@@ -131,7 +131,7 @@ impl DriveSource {
         let limit_ms = match self.drive() {
             Drive::Torque => limits.torque_age_ms,
             Drive::Track if self.reference.is_streamed() => limits.stream_age_ms,
-            Drive::Regulate | Drive::Hold | Drive::Track => limits.setpoint_age_ms,
+            Drive::Regulate | Drive::Hold | Drive::Track | Drive::Float => limits.setpoint_age_ms,
             // It has an end and an envelope of its own.
             Drive::Experiment => 0,
         };
@@ -157,9 +157,14 @@ impl DriveSource {
         acts_us: u64,
         is_drive_permitted: bool,
     ) -> (Reference<f32>, Option<ExperimentEnd>) {
+        let drive = self.drive();
+        if drive == Drive::Float {
+            // It is wherever the arm is.
+            return (Reference::at_rest(states[1].q), None);
+        }
         let mut reference = self.reference.at(acts_us);
         let mut end = None;
-        if is_drive_permitted && self.drive() == Drive::Experiment {
+        if is_drive_permitted && drive == Drive::Experiment {
             end = self.override_reference(fast_ticks, pwm, states, acts_us, &mut reference);
         }
         (reference, end)
@@ -204,7 +209,7 @@ impl DriveSource {
     ) -> Option<ReferenceSource> {
         match self.drive() {
             _ if !now.is_driven => Some(ReferenceSource::hold(state.q)),
-            Drive::Torque => Some(ReferenceSource::hold(state.q)),
+            Drive::Torque | Drive::Float => Some(ReferenceSource::hold(state.q)),
             Drive::Regulate | Drive::Track | Drive::Hold => None,
             // No tick has used the experiment yet.
             Drive::Experiment if !self.experiment.is_started() => None,

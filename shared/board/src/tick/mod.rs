@@ -199,7 +199,8 @@ pub fn step(
     });
 
     // Commit: the integral action, and the results of the tick.
-    let controlled = demand.filter(|_| is_controlled && control_loop.drive() != Drive::Torque);
+    let has_reference = !matches!(control_loop.drive(), Drive::Torque | Drive::Float);
+    let controlled = demand.filter(|_| is_controlled && has_reference);
     control_loop.control.integrate(
         config,
         reference.q - ahead.q,
@@ -235,17 +236,11 @@ fn monitor(
     if status.permission == Permission::Search {
         return;
     }
-    let is_held = status.is_drive_permitted() && control_loop.drive().is_closed_loop();
+    let drive = control_loop.drive();
+    let drive = status.is_drive_permitted().then_some(drive);
     let reference_rad_s = control_loop.reference.dq.into();
     let is_armed = status.is_armed();
-    let seen = monitor_input(
-        config,
-        sensed,
-        estimated,
-        is_armed,
-        is_held,
-        reference_rad_s,
-    );
+    let seen = monitor_input(config, sensed, estimated, is_armed, drive, reference_rad_s);
     status.require(control_loop.monitors.check(&config.monitors, &seen));
 }
 
@@ -291,13 +286,22 @@ fn control_torque(
         return Demand::plain(control_loop.source.command.torque_nm().into());
     }
     let disturbance_nm = control_loop.estimation.disturbance_nm();
-    let mut demand = control_loop
-        .control
-        .demand(&config.control, ahead, reference, disturbance_nm);
-    demand.torque_nm =
-        control_loop
-            .monitors
-            .proved(&config.monitors, demand.torque_nm, estimated.gravity_nm);
+    let control = &mut control_loop.control;
+    let mut demand = if drive == Drive::Float {
+        // The disturbance is the hand.
+        control.float_demand(&config.control, ahead)
+    } else {
+        control.demand(&config.control, ahead, reference, disturbance_nm)
+    };
+    // An arm that floats is in balance under its torque.
+    let balance_nm = if drive == Drive::Float {
+        demand.torque_nm
+    } else {
+        estimated.gravity_nm
+    };
+    demand.torque_nm = control_loop
+        .monitors
+        .proved(&config.monitors, demand.torque_nm, balance_nm);
     if drive == Drive::Experiment {
         control_loop
             .source

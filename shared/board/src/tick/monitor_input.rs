@@ -4,19 +4,21 @@ use super::config::LoopConfig;
 use super::estimation::Estimated;
 use super::monitors::{JointBalance, MonitorInput};
 use super::sense::Sensed;
+use armbridge_link::message::Drive;
 use armbridge_servo::JOINTS;
 
-/// The inputs of the monitors; `is_held` while a controller holds the arm, which follows a
-/// reference of this speed.
+/// The inputs of the monitors, with the source that drives the arm, which follows a reference of
+/// this speed if a controller does.
 #[inline]
 pub(super) fn monitor_input<'a>(
     config: &LoopConfig,
     sensed: &Sensed,
     estimated: &'a Estimated,
     is_armed: bool,
-    is_held: bool,
+    drive: Option<Drive>,
     reference_rad_s: [f32; JOINTS],
 ) -> MonitorInput<'a> {
+    let is_held = drive.is_some_and(Drive::is_closed_loop);
     MonitorInput {
         counts: sensed.counts,
         missing: sensed.missing,
@@ -28,6 +30,7 @@ pub(super) fn monitor_input<'a>(
         gravity_nm: estimated.gravity_nm.into(),
         is_alarmed: sensed.is_alarmed,
         balance: is_held.then(|| balance(config, sensed, estimated)),
+        is_floating: drive == Some(Drive::Float),
         reference_rad_s,
         is_armed,
     }

@@ -12,6 +12,7 @@
 use super::config::{ControlConfig, LoopConfig};
 use armbridge_control::arm::State;
 use armbridge_control::check_word::CheckWord;
+use armbridge_control::controller::FloatState;
 use armbridge_control::trajectory::Reference;
 use armbridge_servo::{JOINTS, Pwm};
 use nalgebra::Vector2;
@@ -45,15 +46,18 @@ pub(super) struct TorqueControl {
     offset_nm: Vector2<f32>,
     /// Torque of the integral action.
     integral_nm: Vector2<f32>,
+    float: FloatState<f32>,
 }
 
 impl TorqueControl {
     /// Without offset and integral.
-    pub(super) fn new() -> Self {
+    pub(super) fn new(config: &ControlConfig) -> Self {
+        let upright = State::at_rest(Vector2::zeros());
         Self {
             feed_forward: FeedForward::none(),
             offset_nm: Vector2::zeros(),
             integral_nm: Vector2::zeros(),
+            float: config.float.begin(&config.arm, &upright, None),
         }
     }
 
@@ -98,6 +102,27 @@ impl TorqueControl {
                 - disturbance_nm,
             friction_nm,
             exact_pwm: [None; JOINTS],
+        }
+    }
+
+    /// Begins to float in this state, under this torque until now, if the arm is driven.
+    pub(super) fn begin_float(
+        &mut self,
+        config: &ControlConfig,
+        state: &State<f32>,
+        torque_nm: Option<Vector2<f32>>,
+    ) {
+        self.float = config.float.begin(&config.arm, state, torque_nm);
+    }
+
+    /// The torque of an arm that floats, in this state. An estimator without friction gets the
+    /// part of it under which its model goes on with its speed: hand, friction and errors of the
+    /// model take the rest.
+    pub(super) fn float_demand(&mut self, config: &ControlConfig, state: &State<f32>) -> Demand {
+        let float = config.float.torque(&mut self.float, &config.arm, state);
+        Demand {
+            friction_nm: float.torque_nm - float.balanced_nm,
+            ..Demand::plain(float.torque_nm)
         }
     }
 

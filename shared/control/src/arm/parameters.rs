@@ -176,6 +176,12 @@ impl<T: Real> Parameters<T> {
             && within(self.b2, 0.0, 10.0)
     }
 
+    /// Weight of each joint in N m: its largest gravity torque.
+    pub fn weight_nm(&self) -> [T; 2] {
+        let (m1, m2) = (self.moment_1(), self.moment_2());
+        [self.g * (m1 + m2), self.g * m2]
+    }
+
     /// g as it pulls the links towards the foot, in m/s^2.
     ///
     /// An arm that hangs is one on the table turned over, foot and all. Its angles are

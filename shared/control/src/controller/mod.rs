@@ -4,10 +4,11 @@
 //! [`ComputedTorque`] follows a moving [`Reference`](crate::trajectory::Reference), which a
 //! [trajectory](crate::trajectory) gives. A [`Controller`] is either law, chosen at run time,
 //! [`IntegralAction`] what either adds against errors that last, and [`DryFriction`] against
-//! friction.
+//! friction. [`Float`] makes an arm weightless, which a hand leads.
 
 pub mod computed_torque;
 mod demand;
+pub mod float;
 mod friction;
 mod integral;
 mod law;
@@ -15,6 +16,7 @@ mod lqr;
 
 pub use computed_torque::{ComputedTorque, Tuning};
 pub use demand::Demand;
+pub use float::{Float, FloatState};
 pub use friction::DryFriction;
 pub use integral::IntegralAction;
 pub use law::Controller;

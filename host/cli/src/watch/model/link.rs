@@ -86,7 +86,7 @@ impl Link {
         match result {
             // The client repeats the command.
             Err(Refusal::Busy) => {}
-            Err(_) if self.arm_refusal.is_some() && needs_arm(&command) => {}
+            Err(_) if self.arm_refusal.is_some() && command.is_drive() => {}
             Err(refusal) => {
                 self.arm_refusal = is_arm.then_some(refusal);
                 let words = refusal_text::in_words(refusal);
@@ -134,18 +134,6 @@ impl Link {
     }
 }
 
-/// Whether only a board that is armed obeys it.
-fn needs_arm(command: &Command) -> bool {
-    matches!(
-        command,
-        Command::Torque(_)
-            | Command::Regulate(_)
-            | Command::Follow(_)
-            | Command::Stream { .. }
-            | Command::Experiment(_)
-    )
-}
-
 /// A command's name, with blanks.
 fn title(command: &Command) -> &'static str {
     match command {
@@ -157,6 +145,7 @@ fn title(command: &Command) -> &'static str {
         | Command::Follow(_)
         | Command::Stream { .. }
         | Command::Experiment(_)
+        | Command::Float
         | Command::Prepare
         | Command::Release
         | Command::Configure(_)

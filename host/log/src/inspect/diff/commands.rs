@@ -61,6 +61,7 @@ pub fn command_text(command: &Command) -> String {
         // The contents of these two are compared by name, as settings.
         Command::Idle
         | Command::Arm { .. }
+        | Command::Float
         | Command::Prepare
         | Command::Release
         | Command::ClearFault

@@ -42,15 +42,7 @@ impl Replayer {
                 Command::Configure(setup) => self.settings.setup = setup,
                 Command::Limit(limits) => self.settings.limits = limits,
                 Command::Arm { .. } if moment.mode == Mode::Idle => self.restart(),
-                Command::Torque(_)
-                | Command::Regulate(_)
-                | Command::Follow(_)
-                | Command::Stream { .. }
-                | Command::Experiment(_)
-                    if moment.mode == Mode::Armed =>
-                {
-                    self.restart();
-                }
+                command if command.is_drive() && moment.mode == Mode::Armed => self.restart(),
                 _ => {}
             }
         }
@@ -118,6 +110,7 @@ const fn is_by_loop(refusal: Refusal) -> bool {
         Refusal::Beyond { .. }
         | Refusal::Experiment(_)
         | Refusal::Late { .. }
+        | Refusal::TooSlow { .. }
         | Refusal::OutOfRange
         | Refusal::NoGains
         | Refusal::Unstable { .. }

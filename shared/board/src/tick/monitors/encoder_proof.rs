@@ -26,8 +26,10 @@
 //! | stands                                                         | `quiet_ms`, 400 ms   |
 //! | is to move: the torque is beyond half of `limits.external_nm`  | two fifths of it     |
 //! | is to move: its reference has gone on by 0.05 rad              | four ticks           |
+//! | floats                                                         | four times it, 1.6 s |
 //!
-//! In the last case the first ramp goes against the controller, which is driving the joint.
+//! Where the reference has gone on, the first ramp goes against the controller, which is driving
+//! the joint. Of one that floats, it goes up and down in turn, so that the joint stays where it is.
 //!
 //! # What it shows, and what it costs
 //!
@@ -70,6 +72,9 @@ const PUSHED_SHARE: f32 = 0.5;
 /// Way in rad that a reference may go while the joint stands: ten counts.
 const WAY_RAD: f32 = 0.05;
 
+/// Ratio of the time after which a joint that floats is tested to that of one that stands.
+const FLOAT_RATIO: u32 = 4;
+
 /// Parameters of the proof for one period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ProofConfig {
@@ -93,15 +98,20 @@ checked!(ProofConfig {
     period_s,
 });
 
-/// A joint that a controller holds.
+/// A joint whose encoder is to prove itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Held {
-    /// Torque in N m beyond that which the model has for the motion.
-    pub(super) push_nm: f32,
-    /// Speed of the reference in rad/s.
-    pub(super) reference_rad_s: f32,
-    /// Torque in N m that the model does not explain and is a fault if it lasts.
-    pub(super) external_nm: f32,
+pub(super) enum Held {
+    /// A controller holds it.
+    Controlled {
+        /// Torque in N m beyond that which the model has for the motion.
+        push_nm: f32,
+        /// Speed of the reference in rad/s.
+        reference_rad_s: f32,
+        /// Torque in N m that the model does not explain and is a fault if it lasts.
+        external_nm: f32,
+    },
+    /// It floats: nothing has to move it, and a hand may hold it.
+    Floating,
 }
 
 /// Equal samples of one joint, and the ramps.
@@ -114,6 +124,8 @@ pub(super) struct EncoderProof {
     /// Way of the reference meanwhile, in rad.
     way_rad: f32,
     ramp: Option<Ramp>,
+    /// Whether the first of the last ramps went up.
+    was_up: bool,
 }
 
 /// Ramps under way.
@@ -165,11 +177,16 @@ impl EncoderProof {
         held: Option<&Held>,
     ) -> Result<(), Violation> {
         self.run = self.run.saturating_add(1);
-        self.way_rad += held.map_or(0.0, |held| held.reference_rad_s * config.period_s);
+        if let Some(Held::Controlled {
+            reference_rad_s, ..
+        }) = held
+        {
+            self.way_rad += reference_rad_s * config.period_s;
+        }
         let longest = config.run.longest(noise);
         let is_too_long = longest.is_some_and(|longest| self.run >= longest);
         self.ramp = match (held, config.quiet) {
-            (Some(held), Some([standing, moving])) => self.next_ramp(held, standing, moving),
+            (Some(held), Some(quiet)) => self.next_ramp(held, quiet),
             _ => None,
         };
         let ramps = config.forth + config.back + DELAY_TICKS;
@@ -184,21 +201,34 @@ impl EncoderProof {
         Ok(())
     }
 
-    fn next_ramp(&self, held: &Held, standing: u32, moving: u32) -> Option<Ramp> {
+    fn next_ramp(&mut self, held: &Held, [standing, moving]: [u32; 2]) -> Option<Ramp> {
         if let Some(ramp) = self.ramp {
             return Some(Ramp {
                 tick: ramp.tick + 1,
                 ..ramp
             });
         }
-        let is_pushed = held.push_nm.abs() > held.external_nm * PUSHED_SHARE;
-        let quiet = if is_pushed { moving } else { standing };
-        let has_moved = self.way_rad.abs() > WAY_RAD;
-        let is_due = self.run >= quiet || (has_moved && self.run >= QUIET_TICKS);
-        is_due.then_some(Ramp {
-            tick: 0,
-            is_up: (held.push_nm >= 0.0) != has_moved,
-        })
+        let (is_due, is_up) = match *held {
+            Held::Controlled {
+                push_nm,
+                external_nm,
+                ..
+            } => {
+                let is_pushed = push_nm.abs() > external_nm * PUSHED_SHARE;
+                let quiet = if is_pushed { moving } else { standing };
+                let has_moved = self.way_rad.abs() > WAY_RAD;
+                let is_due = self.run >= quiet || (has_moved && self.run >= QUIET_TICKS);
+                (is_due, (push_nm >= 0.0) != has_moved)
+            }
+            Held::Floating => (
+                self.run >= standing.saturating_mul(FLOAT_RATIO),
+                !self.was_up,
+            ),
+        };
+        if is_due {
+            self.was_up = is_up;
+        }
+        is_due.then_some(Ramp { tick: 0, is_up })
     }
 
     /// The torque in N m for a joint whose controller demands `demand_nm`, where gravity takes
@@ -229,7 +259,7 @@ mod tests {
 
     const PERIODS_US: [u32; 4] = [600, 1_000, 10_000, 45_000];
 
-    const STANDING: Held = Held {
+    const STANDING: Held = Held::Controlled {
         push_nm: 0.05,
         reference_rad_s: 0.0,
         external_nm: 0.3,
@@ -248,20 +278,19 @@ mod tests {
     #[test]
     fn a_stopped_encoder_without_noise_is_found_while_a_controller_holds_the_joint() {
         let limits = Limits::default();
-        let reference_moves = Held {
-            reference_rad_s: -0.2,
-            ..STANDING
+        let controlled = |push_nm, reference_rad_s| Held::Controlled {
+            push_nm,
+            reference_rad_s,
+            external_nm: 0.3,
         };
-        let is_pushed = Held {
-            push_nm: -0.16,
-            ..STANDING
-        };
-        let times_ms = [STANDING, reference_moves, is_pushed]
+        let (reference_moves, is_pushed) = (controlled(0.05, -0.2), controlled(-0.16, 0.0));
+        let times_ms = [STANDING, reference_moves, is_pushed, Held::Floating]
             .map(|held| PERIODS_US.map(|period_us| until_ms(&limits, period_us, Some(held))));
         let expected = [
             [623, 624, 660, 900],
             [473, 475, 510, 765],
             [383, 384, 420, 675],
+            [1_824, 1_824, 1_860, 2_115],
         ];
         assert_eq!(times_ms, expected.map(|row| row.map(Some)));
         assert_eq!(until_ms(&limits, 1_000, None), None);

@@ -91,6 +91,8 @@ pub(super) struct MonitorInput<'a> {
     pub(super) is_alarmed: [bool; JOINTS],
     /// Balance of each joint, while a controller holds the arm.
     pub(super) balance: Option<[JointBalance; JOINTS]>,
+    /// Whether the arm floats: an encoder has to prove itself, and any torque may be a hand's.
+    pub(super) is_floating: bool,
     /// Speed of the reference that the controller follows, in rad/s.
     pub(super) reference_rad_s: [f32; JOINTS],
     /// Whether the motors may be driven.
@@ -214,6 +216,18 @@ impl MonitorConfig {
     }
 }
 
+impl MonitorInput<'_> {
+    /// The hold of a joint by controller or float; `None` without one.
+    fn held(&self, limits: &Limits, joint: usize) -> Option<Held> {
+        let controlled = self.balance.map(|balance| Held::Controlled {
+            push_nm: -balance[joint].unmet_nm,
+            reference_rad_s: self.reference_rad_s[joint],
+            external_nm: limits.external_nm[joint],
+        });
+        controlled.or_else(|| self.is_floating.then_some(Held::Floating))
+    }
+}
+
 impl Monitors {
     /// The monitors at a restart: all counters at zero; the encoders' noise stays known.
     pub(super) fn restarted(&self) -> Self {
@@ -273,11 +287,7 @@ impl Monitors {
                 }
                 joint.innovation.check_range(limits, id, counts)?;
                 if joint.proof.is_repeated(counts) {
-                    let held = input.balance.as_ref().map(|balance| Held {
-                        push_nm: -balance[i].unmet_nm,
-                        reference_rad_s: input.reference_rad_s[i],
-                        external_nm: limits.external_nm[i],
-                    });
+                    let held = input.held(limits, i);
                     joint.proof.check(&config.proof, noise, id, held.as_ref())?;
                 }
                 let push_nm = input.torque_nm[i] - input.gravity_nm[i];

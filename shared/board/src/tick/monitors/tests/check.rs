@@ -22,6 +22,7 @@ fn seen(state: &State<f32>) -> MonitorInput<'_> {
         gravity_nm: [0.0; 2],
         is_alarmed: [false; 2],
         balance: None,
+        is_floating: false,
         reference_rad_s: [0.0; 2],
         is_armed: true,
     }
