@@ -88,43 +88,21 @@ pub use constants::{
     REST_S, TRANSFER_PER_S,
 };
 
-use constants::{
-    ANGLE_S, BRAKE_NM, BRAKE_NM_S, BRAKE_RAD_S, END_PER_S, SLIDE_RAD_S, SPEED_S, STRENGTH_S,
-    VISCOUS_MIN_NM_S, VISCOUS_RAD_S, WEIGH_S, WEIGHT_MIN_NM,
-};
-use joint::JointState;
-
-use crate::arm::{Parameters, Posture, State};
+pub use crate::arm::{Parameters, Posture, State};
 use crate::check_word::checked;
 use crate::real::Real;
 use armbridge_servo::JOINTS;
+use joint::{FloatJoint, JointState, Timing};
 use nalgebra::Vector2;
 
 /// Parameters of both joints for one period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Float<T> {
-    /// Largest gravity torque of each joint in N m.
-    weight_nm: [T; JOINTS],
-    /// Strength of the light friction in N m.
-    light_nm: [T; JOINTS],
-    /// Dry friction that is compensated, in N m, and viscous friction, in N m s/rad.
-    dry_nm: [T; JOINTS],
-    viscous_nm_s: [T; JOINTS],
-    /// Speed in rad/s beyond which no more viscous friction is compensated.
-    viscous_rad_s: [T; JOINTS],
-    period_s: T,
-    /// Share of a tick in the smoothed angle, in the smoothed speed and in the strength.
-    angle_share: T,
-    speed_share: T,
-    strengthening: T,
-    rest_ticks: u32,
-    weighed_ticks: u32,
+    joints: [FloatJoint<T>; JOINTS],
+    timing: Timing<T>,
 }
 
-checked!(Float<T> {
-    weight_nm, light_nm, dry_nm, viscous_nm_s, viscous_rad_s, period_s, angle_share, speed_share, strengthening, rest_ticks,
-    weighed_ticks,
-});
+checked!(Float<T> { joints, timing });
 
 /// Memory of both joints between two ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -146,37 +124,14 @@ pub struct FloatTorque<T> {
 impl<T: Real> Float<T> {
     /// For this arm, with this dry friction in N m, sampled every `period_s`.
     pub fn new(arm: &Parameters<T>, dry_nm: [T; JOINTS], period_s: T) -> Self {
-        let share = T::lit(FRICTION_SHARE);
-        let ticks = |seconds: f64| -> u32 {
-            let ticks = T::lit(seconds) / period_s;
-            u32::from(ticks.to_count()).max(1)
-        };
-        let lag = |seconds: f64| period_s / (period_s + T::lit(seconds));
-        let weight_nm = arm.weight_nm().map(|nm| nm.max(T::lit(WEIGHT_MIN_NM)));
-        let viscous = [arm.b1, arm.b2];
-        let light_nm = core::array::from_fn(|joint| {
-            let of_dry_nm = dry_nm[joint] * T::lit(LIGHT_DRY_SHARE);
-            (weight_nm[joint] * T::lit(LIGHT_SHARE)).max(of_dry_nm)
-        });
-        let viscous_rad_s = core::array::from_fn(|joint| {
-            // The compensation exceeds the true friction by the light friction there.
-            let allowed_nm =
-                light_nm[joint] / T::lit(FRICTION_SHARE * MOTOR_RATIO - FRICTION_RATIO);
-            let rad_s = (allowed_nm - dry_nm[joint]) / viscous[joint].max(T::lit(VISCOUS_MIN_NM_S));
-            rad_s.clamp(T::zero(), T::lit(VISCOUS_RAD_S))
-        });
+        let [weight_1, weight_2] = arm.weight_nm();
+        let [dry_1, dry_2] = dry_nm;
         Self {
-            weight_nm,
-            light_nm,
-            dry_nm: dry_nm.map(|nm| nm * share),
-            viscous_nm_s: viscous.map(|nm_s| nm_s * share),
-            viscous_rad_s,
-            period_s,
-            angle_share: lag(ANGLE_S),
-            speed_share: lag(SPEED_S),
-            strengthening: lag(STRENGTH_S),
-            rest_ticks: ticks(REST_S),
-            weighed_ticks: ticks(REST_S + WEIGH_S),
+            joints: [
+                FloatJoint::new(weight_1, dry_1, arm.b1),
+                FloatJoint::new(weight_2, dry_2, arm.b2),
+            ],
+            timing: Timing::new(period_s),
         }
     }
 
@@ -191,17 +146,7 @@ impl<T: Real> Float<T> {
         let gravity_nm = Posture::of(state.q).gravity(arm);
         let beyond_nm = torque_nm.map_or_else(Vector2::zeros, |torque_nm| torque_nm - gravity_nm);
         let joints = core::array::from_fn(|joint| {
-            let most_nm = self.weight_nm[joint] * T::lit(CORRECTION_SHARE);
-            JointState {
-                angle_rad: state.q[joint],
-                anchor_rad: state.q[joint],
-                strength_nm: self.weight_nm[joint] * T::lit(FIRM_SHARE),
-                scale: T::zero(),
-                trim_nm: beyond_nm[joint].clamp(-most_nm, most_nm),
-                speed_rad_s: T::zero(),
-                slow_ticks: self.rest_ticks,
-                is_weighed: false,
-            }
+            self.joints[joint].begin(&self.timing, state.q[joint], beyond_nm[joint])
         });
         FloatState { joints }
     }
@@ -214,65 +159,14 @@ impl<T: Real> Float<T> {
         state: &State<T>,
     ) -> FloatTorque<T> {
         let gravity_nm = Posture::of(state.q).gravity(arm);
-        let [a, b] = &mut memory.joints;
+        let ([a, b], [joint_a, joint_b]) = (&mut memory.joints, &self.joints);
         let torque_nm = Vector2::new(
-            self.joint_torque(0, a, gravity_nm.x, state.q.x),
-            self.joint_torque(1, b, gravity_nm.y, state.q.y),
+            joint_a.torque(&self.timing, a, gravity_nm.x, state.q.x),
+            joint_b.torque(&self.timing, b, gravity_nm.y, state.q.y),
         );
         FloatTorque {
             torque_nm,
             balanced_nm: gravity_nm + arm.viscous_torque(state.dq),
         }
     }
-
-    /// The torque of one joint, in N m.
-    fn joint_torque(
-        &self,
-        joint: usize,
-        memory: &mut JointState<T>,
-        gravity_nm: T,
-        angle_rad: T,
-    ) -> T {
-        memory.angle_rad += (angle_rad - memory.angle_rad) * self.angle_share;
-        let angle_rad = memory.angle_rad;
-        let weight_nm = self.weight_nm[joint];
-        let light_nm = self.light_nm[joint];
-        let stiffness = light_nm / T::lit(REACH_RAD);
-        let stretch_nm = stiffness * (memory.anchor_rad - angle_rad);
-        let end = T::lit(END_RAD);
-        let firm_nm = (weight_nm * T::lit(FIRM_SHARE)).max(memory.strength_nm);
-        let strength_nm = |is_beyond| {
-            if is_beyond {
-                firm_nm
-            } else {
-                memory.strength_nm
-            }
-        };
-        let mut load_nm =
-            stretch_nm.clamp(-strength_nm(angle_rad > end), strength_nm(angle_rad < -end));
-        memory.note_slip(self, (load_nm - stretch_nm) / stiffness);
-        memory.strengthen(self, weight_nm, light_nm);
-        load_nm -= memory.weigh(self, joint, gravity_nm, load_nm);
-        memory.anchor_rad = angle_rad + load_nm / stiffness;
-        let friction_nm = self.friction(joint, memory.speed_rad_s);
-        let correction_nm = gravity_nm * memory.scale + memory.trim_nm;
-        gravity_nm + correction_nm + load_nm + friction_nm - brake(angle_rad, memory.speed_rad_s)
-    }
-
-    /// Compensation of the model's friction in N m at this speed.
-    fn friction(&self, joint: usize, speed_rad_s: T) -> T {
-        let one = T::one();
-        let sliding = (speed_rad_s / T::lit(SLIDE_RAD_S)).clamp(-one, one);
-        let fastest = self.viscous_rad_s[joint];
-        let viscous_rad_s = speed_rad_s.clamp(-fastest, fastest);
-        self.dry_nm[joint] * sliding + self.viscous_nm_s[joint] * viscous_rad_s
-    }
-}
-
-/// Torque in N m that brakes a joint: beyond [`BRAKE_RAD_S`], and on its way to [`END_RAD`].
-fn brake<T: Real>(angle_rad: T, speed_rad_s: T) -> T {
-    let (fastest, end, near) = (T::lit(BRAKE_RAD_S), T::lit(END_RAD), T::lit(END_PER_S));
-    let free = |room_rad: T| (near * room_rad).clamp(T::zero(), fastest);
-    let excess = speed_rad_s - speed_rad_s.clamp(-free(end + angle_rad), free(end - angle_rad));
-    (excess * T::lit(BRAKE_NM_S)).clamp(-T::lit(BRAKE_NM), T::lit(BRAKE_NM))
 }
