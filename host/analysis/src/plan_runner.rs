@@ -80,7 +80,8 @@ pub struct PlanRunner<K = AllRecords> {
     received_us: u64,
     begun_us: Option<u64>,
     mode: Mode,
-    pushes: Option<Sender<Interaction>>,
+    /// Pushes and leads the simulated arm.
+    hands: Option<Sender<Interaction>>,
     ending: Option<Ending>,
     /// Error to return once the motors are off.
     error: Option<PlanError>,
@@ -128,7 +129,7 @@ impl<K: RecordSink> PlanRunner<K> {
             received_us: 0,
             begun_us: None,
             mode: Mode::Boot,
-            pushes: None,
+            hands: None,
             ending: None,
             error: None,
             interrupt: || false,
@@ -143,11 +144,11 @@ impl<K: RecordSink> PlanRunner<K> {
         self
     }
 
-    /// Channel of the plan's pushes as they fall due, for a simulation of the arm. Without
-    /// a receiver there are none, as on a real arm.
+    /// Channel of the plan's pushes and hands, for a simulation of the arm. Without a receiver
+    /// there are none, as on a real arm.
     pub fn interactions(&mut self) -> Receiver<Interaction> {
-        let (pushes, interactions) = channel();
-        self.pushes = Some(pushes);
+        let (hands, interactions) = channel();
+        self.hands = Some(hands);
         interactions
     }
 

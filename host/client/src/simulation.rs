@@ -19,6 +19,39 @@ pub struct Push {
     pub duration_ns: u64,
 }
 
+/// Hand that leads the arm through a path.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lead {
+    /// Link, stiffness and damping.
+    pub grip: Grip,
+    /// Start in ns: it grasps the arm where it is then.
+    pub start_ns: u64,
+    /// Points of its path, in order of time.
+    pub path: Vec<LeadPoint>,
+    /// Time in ns after the start at which it lets go.
+    pub release_ns: u64,
+}
+
+/// Point of a hand's path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeadPoint {
+    /// Time in ns after the start.
+    pub after_ns: u64,
+    /// Joint angles in rad.
+    pub angle_rad: [f64; JOINTS],
+}
+
+/// Spring and damper by which a hand holds the end of a link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grip {
+    /// Link, counting from 0.
+    pub link: usize,
+    /// Stiffness in N/m.
+    pub stiffness_n_m: f64,
+    /// Damping in N s/m.
+    pub damping_n_s_m: f64,
+}
+
 /// State of the arm at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TrueState {

@@ -2,8 +2,8 @@
 //!
 //! A board sends every field in every tick. Angles exist once servos have been found, samples
 //! unless they are missing, and reference and error only while a controller holds the arm at a
-//! reference: under a constant torque or an experiment the field has the last one, which nothing
-//! follows. Figures and pages show the same values by these functions.
+//! reference: under a constant torque, in an experiment or while the arm floats the field has the
+//! last one, which nothing follows. Figures and pages show the same values by these functions.
 
 use armbridge_client::enum_names;
 use armbridge_link::message::{Drive, Record};
@@ -55,7 +55,7 @@ mod tests {
 
     #[test]
     fn a_value_exists_in_the_modes_that_give_it_a_meaning() {
-        use Drive::{Experiment, Hold, Regulate, Torque, Track};
+        use Drive::{Experiment, Float, Hold, Regulate, Torque, Track};
         let exists = |mode: Mode| {
             let mut record = Record {
                 mode,
@@ -67,7 +67,7 @@ mod tests {
         };
         assert_eq!(exists(Mode::Boot), [false; 4]);
         assert_eq!(exists(Mode::Armed), [true, true, false, false]);
-        for drive in [Torque, Experiment] {
+        for drive in [Torque, Experiment, Float] {
             assert_eq!(exists(Mode::Running(drive)), [true, true, false, false]);
         }
         for drive in [Regulate, Track, Hold] {

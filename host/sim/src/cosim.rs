@@ -15,13 +15,15 @@ use armbridge_servo::JOINTS;
 
 use crate::Bench;
 use crate::board::{Board, Input, Output, Wake};
-use crate::plant::Push;
+use crate::plant::{Lead, Push};
 
 /// User interaction with the simulated arm.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Interaction {
     /// Pushes it, see [`Bench::push`].
     Push(Push),
+    /// Leads it by hand through a path, see [`Bench::lead`].
+    Lead(Lead),
     /// Moves it by hand to these angles in this time, see [`Bench::move_by_hand`].
     Move {
         /// In rad.
@@ -236,6 +238,7 @@ impl<B: Board, H: Host> Cosim<B, H> {
         for interaction in interactions.iter().flat_map(Receiver::try_iter) {
             match interaction {
                 Interaction::Push(push) => bench.push(push),
+                Interaction::Lead(lead) => bench.lead(&lead),
                 Interaction::Move {
                     to_rad,
                     duration_us,

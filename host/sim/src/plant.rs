@@ -24,8 +24,7 @@ mod draw;
 mod file;
 mod hand;
 
-pub use armbridge_client::simulation::Push;
-pub use body::grasp::Grip;
+pub use armbridge_client::simulation::{Grip, Lead, LeadPoint, Push};
 pub use body::{Body, Friction, Impact};
 pub use config::PlantConfig;
 pub use file::{BuiltinPlant, KEYS, KeyConflict, PLANTS, PlantError, PlantFile};
@@ -97,28 +96,6 @@ fn initial_body(config: &PlantConfig) -> Body {
         config.stops_rad,
         config.initial,
     )
-}
-
-/// A hand that leads the arm.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Lead {
-    /// Link, stiffness and damping.
-    pub grip: Grip,
-    /// Start in ns: it grasps the arm where it is then.
-    pub start_ns: u64,
-    /// Points of its path, in order of time.
-    pub path: Vec<LeadPoint>,
-    /// Time in ns after the start at which it lets go.
-    pub release_ns: u64,
-}
-
-/// Point of a hand's path.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LeadPoint {
-    /// Time in ns after the start.
-    pub after_ns: u64,
-    /// Joint angles in rad.
-    pub angle_rad: [f64; JOINTS],
 }
 
 #[derive(Clone, Copy, Debug)]

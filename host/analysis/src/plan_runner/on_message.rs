@@ -3,7 +3,7 @@
 use armbridge_client::session::BoardMessage;
 use armbridge_link::message::{BoardReport, Command, Mode, Record, Refusal, Settings, ToHost};
 use armbridge_sim::cosim::Interaction;
-use armbridge_sim::plant::Push;
+use armbridge_sim::plant::{Lead, Push};
 
 use super::plan::{self, InitialSettings};
 use super::timeline::Timeline;
@@ -158,11 +158,23 @@ impl<K: RecordSink> PlanRunner<K> {
         self.is_armed = true;
         self.begun_us.get_or_insert(now_us);
         self.begun_with = self.settings.map(|[_, last]| last);
-        for push in &self.plan.pushes {
-            if let Some(pushes) = &self.pushes {
-                let start_ns = push.start_ns + now_us * 1_000;
-                // A simulation that has ended needs no pushes.
-                let _ = pushes.send(Interaction::Push(Push { start_ns, ..*push }));
+        if let Some(hands) = &self.hands {
+            let now_ns = now_us * 1_000;
+            let pushes = self.plan.pushes.iter().map(|push| {
+                Interaction::Push(Push {
+                    start_ns: push.start_ns + now_ns,
+                    ..*push
+                })
+            });
+            let leads = self.plan.leads.iter().map(|lead| {
+                Interaction::Lead(Lead {
+                    start_ns: lead.start_ns + now_ns,
+                    ..lead.clone()
+                })
+            });
+            for interaction in pushes.chain(leads) {
+                // A simulation that has ended needs none.
+                let _ = hands.send(interaction);
             }
         }
         self.enter(Phase::Running(Timeline::new(now_us)), now_us);

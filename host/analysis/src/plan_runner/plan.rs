@@ -4,7 +4,7 @@ use armbridge_client::params;
 use armbridge_client::params::ParameterError;
 use armbridge_link::message::{Command, Limits, Settings, Setup};
 use armbridge_servo::JOINTS;
-use armbridge_sim::plant::Push;
+use armbridge_sim::plant::{Lead, Push};
 use toml::Value;
 
 /// Timed commands alone, for trials and tests of an arm whose motors have been checked.
@@ -67,6 +67,8 @@ pub struct Plan {
     pub steps: Vec<Step>,
     /// Pushes on the simulated arm; times count from the first step.
     pub pushes: Vec<Push>,
+    /// Hands that lead the simulated arm; times count from the first step.
+    pub leads: Vec<Lead>,
     /// Stop conditions.
     pub stop: Stop,
     /// A latched fault is cleared first.
@@ -222,6 +224,7 @@ impl From<Script> for Plan {
             begin: InitialSettings::Fixed(Box::new(settings)),
             steps: steps.collect(),
             pushes: Vec::new(),
+            leads: Vec::new(),
             stop: Stop::after(script.duration_us),
             is_clearing: false,
             is_releasing: false,

@@ -2,9 +2,9 @@
 
 use armbridge_client::LinkStats;
 use armbridge_client::status::BoardStatus;
-use armbridge_link::message::{Mode, OffReport, Settings, Trip};
+use armbridge_link::message::{Command, Mode, OffReport, Settings, Trip};
 
-use super::plan::Action;
+use super::plan::{Action, Step};
 use super::{Ending, Phase, PlanRunner, RecordSink};
 
 impl<K: RecordSink> PlanRunner<K> {
@@ -36,6 +36,15 @@ impl<K: RecordSink> PlanRunner<K> {
         let number = steps.partition_point(|step| step.at_us <= elapsed_us);
         let step = steps.get(number.checked_sub(1)?)?;
         Some((number, steps.len(), &step.action))
+    }
+
+    /// Whether the plan lets the arm float.
+    pub fn floats(&self) -> bool {
+        let is_float = |step: &Step| match &step.action {
+            Action::Command(command) => **command == Command::Float,
+            Action::Arm | Action::Change(_) | Action::Stream(_) => false,
+        };
+        self.plan.steps.iter().any(is_float)
     }
 
     /// Time of the first command in µs; `None` before and after the run.

@@ -82,7 +82,7 @@ fn a_push_that_is_in_the_log_before_earlier_ticks_counts_from_its_start() {
 #[test]
 fn without_a_closed_loop_there_is_no_reference_and_no_error() {
     let facts = RunFacts::from_settings("t", "simulated: bench", &Settings::default());
-    for drive in [Drive::Torque, Drive::Experiment] {
+    for drive in [Drive::Torque, Drive::Experiment, Drive::Float] {
         let swing = |at: u32| (at as f32 * 0.1).sin();
         let records = (0..2_000).map(|at| Record {
             output: TickOutput {

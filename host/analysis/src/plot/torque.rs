@@ -2,8 +2,10 @@
 //!
 //! The servo receives a PWM value. Its torque, by the joint's calibration, is that decided in
 //! the tick before, plus what is added against friction, limited and rounded to counts; the
-//! axis on the right has the values themselves.
+//! axis on the right has the values themselves. Of an arm that floats there is only what is sent:
+//! no controller has decided a part of it.
 
+use armbridge_link::message::{Drive, Record};
 use armbridge_log::run_info::PWM_MAX;
 use armbridge_servo::{JOINTS, Pwm};
 
@@ -47,7 +49,7 @@ pub(super) fn draw(run: &Run) -> Drawing {
         let decided = Stroke::solid(JOINT[joint], 1.3);
         let torque = run.over_time(|r| torque_nm(run, joint, r.input.pwm_in_force[joint]));
         panel.curve(&mut drawing, torque, sent);
-        let torque = run.over_time(|r| f64::from(r.output.torque_nm[joint]));
+        let torque = run.over_time(|r| decided_nm(r, joint));
         panel.curve(&mut drawing, torque, decided);
         let legend = [
             (Key::Line(decided), "decided by the controller"),
@@ -57,6 +59,14 @@ pub(super) fn draw(run: &Run) -> Drawing {
         panel.legend(&mut drawing, &legend);
     }
     drawing
+}
+
+/// Torque in N m that a controller has decided; NaN of an arm that floats.
+fn decided_nm(record: &Record, joint: usize) -> f64 {
+    if record.mode.drive() == Some(Drive::Float) {
+        return f64::NAN;
+    }
+    record.output.torque_nm[joint].into()
 }
 
 /// Torque in N m of a PWM value, by the calibration of the joint.

@@ -47,8 +47,8 @@ pub struct Finished {
     pub verdict: Verdict,
     /// The same run with another control.
     pub baseline: Option<Baseline>,
-    /// An experiment drove the arm.
-    pub is_experiment: bool,
+    /// An experiment drove the arm, or it floated: it need not balance.
+    pub is_free: bool,
 }
 
 impl RunHost {
@@ -91,6 +91,7 @@ impl RunHost {
         let ending = runner.ending();
         let (servos, port) = (runner.status().servos, runner.status().port);
         let (link, trips) = (runner.stats(), runner.trips().to_vec());
+        let floats = runner.floats();
         let mut stats = runner.into_sink();
         let csv_trouble = stats.close().map(|error| error.to_string());
 
@@ -112,7 +113,7 @@ impl RunHost {
         summary.ended = assessment.ended;
         summary.missed_expectations = assessment.missed;
         let mut summary = summary.with_causes(&trips);
-        let is_experiment = !stats.conclusions.is_empty();
+        let is_free = floats || !stats.conclusions.is_empty();
         summary.remarks.append(&mut stats.conclusions);
         summary.remarks.extend(csv_trouble);
         let verdict = |is_complete: bool, summary: &Summary| {
@@ -132,7 +133,7 @@ impl RunHost {
                 // What ended as it should is described by its log.
                 headline: match verdict(is_complete, &summary) {
                     Verdict::Done => None,
-                    verdict => Some(headline(&summary, verdict, is_experiment)),
+                    verdict => Some(headline(&summary, verdict, is_free)),
                 },
                 made_by: Some(&made_by),
                 ..PageInput::of_log(&log)
@@ -153,7 +154,7 @@ impl RunHost {
             folder: folder.path().into(),
             verdict,
             baseline,
-            is_experiment,
+            is_free,
         })
     }
 }

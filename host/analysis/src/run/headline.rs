@@ -5,8 +5,8 @@ use armbridge_log::summary::{SETTLED_RAD, SegmentSummary, Summary};
 
 use super::Verdict;
 
-/// The result in one sentence. In an experiment, the arm need not balance.
-pub fn headline(summary: &Summary, verdict: Verdict, is_experiment: bool) -> String {
+/// The result in one sentence. A free arm, in an experiment or floating, need not balance.
+pub fn headline(summary: &Summary, verdict: Verdict, is_free: bool) -> String {
     let failed = |why: &str| format!("The run FAILED: {why}.");
     match verdict {
         Verdict::Interrupted => format!(
@@ -26,7 +26,7 @@ pub fn headline(summary: &Summary, verdict: Verdict, is_experiment: bool) -> Str
             }),
         },
         Verdict::Done => match settled(&summary.segments) {
-            _ if is_experiment => "The run is complete, and ended as it should.".into(),
+            _ if is_free => "The run is complete, and ended as it should.".into(),
             (0, 0) => "The run is complete.".into(),
             (settled, all) if settled == all => "The arm balances.".into(),
             (settled, all) => format!(

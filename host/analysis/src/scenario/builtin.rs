@@ -42,6 +42,7 @@ pub const BUILTINS: &[Builtin] = builtin![
     "chirp",
     "stream",
     "hold",
+    "float",
     "friction",
     "free-fall",
     "staircase",

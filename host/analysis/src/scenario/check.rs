@@ -15,6 +15,7 @@ use nalgebra::Vector2;
 use toml::Value;
 
 use super::file::{BenchKeys, File, Pair, PushKeys, ServoName, StepKeys, StopKeys};
+use super::leads::leads;
 use super::mistake::{KeyPath, Mistake};
 use super::steps::{self, microseconds, pairs, times};
 use super::{BenchSpec, Overrides, Scenario, ScenarioError, Success};
@@ -70,6 +71,7 @@ pub(super) fn scenario(
         begin: InitialSettings::Changed(change),
         steps: steps::steps(&file.step[..kept], stop.after_us, &settings, initial_rad)?,
         pushes: pushes(&file.bench, stop.after_us, overrides)?,
+        leads: leads(&file.bench.hand, stop.after_us, overrides)?,
         stop,
         is_clearing: false,
         is_releasing: false,

@@ -5,8 +5,9 @@ use armbridge_link::experiment::{Conclusion, ExperimentEnd};
 use armbridge_link::message::Record;
 use armbridge_log::summary::{PushTally, Settling, Summary, Tally};
 use armbridge_servo::JOINTS;
-use armbridge_sim::plant::Push;
+use armbridge_sim::plant::{Lead, Push};
 
+use super::stay::StayMonitor;
 use super::{EndName, Expect};
 
 /// Monitor that observes a run and evaluates its expectations at the end.
@@ -20,13 +21,14 @@ pub struct ExpectationMonitor {
     begun_us: Option<u64>,
     recovery: Option<PushTally>,
     slowest_s: f64,
+    stay: StayMonitor,
     /// Conclusions of experiments.
     ends: Vec<Conclusion>,
 }
 
 impl ExpectationMonitor {
-    /// Monitor of a run with these pushes.
-    pub fn new(expect: Expect, pushes: &[Push]) -> Self {
+    /// Monitor of a run with these pushes and hands.
+    pub fn new(expect: Expect, pushes: &[Push], leads: &[Lead]) -> Self {
         Self {
             expect,
             pushes: pushes.to_vec(),
@@ -34,6 +36,7 @@ impl ExpectationMonitor {
             begun_us: None,
             recovery: None,
             slowest_s: 0.0,
+            stay: StayMonitor::new(leads),
             ends: Vec::new(),
         }
     }
@@ -47,6 +50,7 @@ impl ExpectationMonitor {
     pub fn on_record(&mut self, record: &Record) -> Option<Push> {
         let begun_us = *self.begun_us.get_or_insert(record.input.start_us);
         let now_us = record.input.start_us.saturating_sub(begun_us);
+        self.stay.on_record(now_us, record);
         let next = self.pushes.get(self.next).copied();
         let begun = next.filter(|push| now_us >= push.start_ns / 1_000);
         let begun = begun.map(|push| Push {
@@ -103,6 +107,18 @@ impl ExpectationMonitor {
                 expect.recovers_within_s,
                 Some(self.slowest_s),
                 |found, limit| format!("recovery from a push {}, not {limit} s", seconds(found)),
+            ),
+            miss(
+                expect.stays_within_rad,
+                self.stay.farthest_rad(),
+                |found, limit| {
+                    let found = if found.is_finite() {
+                        format!("moves a joint by {found:.4} rad")
+                    } else {
+                        "does not float".into()
+                    };
+                    format!("an arm of which a hand lets go {found}, not within {limit} rad")
+                },
             ),
             miss(expect.torque_within_nm, Some(torque_nm), |found, limit| {
                 format!("a joint's torque is {found:.3} N m, not within {limit} N m")
@@ -185,7 +201,7 @@ mod tests {
             recovers_within_s: Some(1.0),
             ..Expect::default()
         };
-        let mut judge = ExpectationMonitor::new(expect, &[push]);
+        let mut judge = ExpectationMonitor::new(expect, &[push], &[]);
         let mut tally = Tally::default();
         for tick in 0..(end_s * 1e3) as u32 {
             let now_s = f64::from(tick) * 1e-3;

@@ -64,6 +64,7 @@ pub(super) struct BenchKeys {
     pub(super) servos: Option<[ServoName; JOINTS]>,
     pub(super) baud: Option<u32>,
     pub(super) push: Vec<PushKeys>,
+    pub(super) hand: Vec<HandKeys>,
 }
 
 /// A servo's firmware.
@@ -85,6 +86,28 @@ pub(super) struct PushKeys {
     pub(super) duration_s: f64,
 }
 
+/// A hand that leads the virtual arm.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct HandKeys {
+    pub(super) at_s: f64,
+    pub(super) every_s: Option<f64>,
+    /// Counting from 1.
+    pub(super) link: Option<usize>,
+    pub(super) path: Vec<HandPointKeys>,
+    pub(super) release_s: Option<f64>,
+    pub(super) stiffness_n_m: Option<f64>,
+    pub(super) damping_n_s_m: Option<f64>,
+}
+
+/// A point of a hand's path.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct HandPointKeys {
+    pub(super) after_s: f64,
+    pub(super) angle_rad: [f64; JOINTS],
+}
+
 /// A step: a time and one action.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -99,6 +122,7 @@ pub(super) struct StepKeys {
     pub(super) chirp: Option<ChirpKeys>,
     pub(super) stream: Option<Vec<ViaKeys>>,
     pub(super) experiment: Option<Experiment>,
+    pub(super) float: Option<bool>,
     pub(super) set: Option<Table>,
     pub(super) idle: Option<bool>,
     pub(super) arm: Option<bool>,
@@ -185,6 +209,9 @@ pub struct Expect {
     /// After every push, both joints are within 20 mrad of the reference for good, or
     /// until the next push.
     pub recovers_within_s: Option<f64>,
+    /// After every hand has let go, both joints stay within this of where it left them, until the
+    /// next hand, or for as long as the arm floats.
+    pub stays_within_rad: Option<f64>,
     /// Largest torque of either joint.
     pub torque_within_nm: Option<f64>,
     /// End of every experiment, of which there is at least one.

@@ -11,8 +11,12 @@ use armbridge_sim::plant;
 /// Largest time in s: a day.
 const DAY_S: f64 = 86_400.0;
 const TIME_S: Range = Range::reals(0.0, DAY_S);
-/// Largest initial angle in rad: inside the board's angle limit.
-const INITIAL_RAD: Range = Range::reals(-1.4, 1.4);
+/// Angles in rad at which a hand holds the arm: inside the board's angle limit.
+const HELD_RAD: Range = Range::reals(-1.4, 1.4);
+/// Largest stiffness in N/m, and damping in N s/m, of a hand: the simulated arm moves in steps of
+/// 0.1 ms.
+const GRIP_N_M: Range = Range::reals(0.0, 10_000.0);
+const GRIP_N_S_M: Range = Range::reals(0.0, 100.0);
 /// Largest torque of a push in N m.
 const PUSH_NM: Range = Range::reals(-10.0, 10.0);
 /// The board's range of setpoints in rad, `REFERENCE_MAX_RAD`.
@@ -37,6 +41,14 @@ const fn pair(path: &'static str, range: Range, about: &'static str) -> Key {
 
 const fn angles(path: &'static str, about: &'static str) -> Key {
     pair(path, Range::ANY, about).unit("rad")
+}
+
+const fn hertz(path: &'static str, about: &'static str) -> Key {
+    pair(path, Range::ANY, about).unit("Hz")
+}
+
+const fn length_s(path: &'static str, about: &'static str) -> Key {
+    Key::number(path, Range::ANY, about).unit("s")
 }
 
 const fn seconds(path: &'static str, about: &'static str) -> Key {
@@ -104,8 +116,7 @@ pub const KEYS: KeyTable = KeyTable {
             "Action: motion to a point.",
         ),
         angles("step.minimum_jerk.to_rad", "End angles. Required."),
-        Key::number("step.minimum_jerk.duration_s", Range::ANY, "Its length.")
-            .unit("s")
+        length_s("step.minimum_jerk.duration_s", "Its length.")
             .or("as short as the board's bounds allow"),
         Key::new(
             "step.waypoints",
@@ -127,25 +138,13 @@ pub const KEYS: KeyTable = KeyTable {
         ),
         angles("step.sinusoid.centre_rad", "Centre.").or("[0, 0]"),
         angles("step.sinusoid.amplitude_rad", "Amplitude. Required."),
-        pair(
-            "step.sinusoid.frequency_hz",
-            Range::ANY,
-            "Frequency. Required.",
-        )
-        .unit("Hz"),
+        hertz("step.sinusoid.frequency_hz", "Frequency. Required."),
         angles("step.sinusoid.phase_rad", "Phase.").or("[0, 0]"),
-        Key::number(
+        length_s(
             "step.sinusoid.ramp_s",
-            Range::ANY,
             "Fade in and fade out, at most half of `duration_s`. Required.",
-        )
-        .unit("s"),
-        Key::number(
-            "step.sinusoid.duration_s",
-            Range::ANY,
-            "Its length. Required.",
-        )
-        .unit("s"),
+        ),
+        length_s("step.sinusoid.duration_s", "Its length. Required."),
         Key::new(
             "step.chirp",
             Kind::Table,
@@ -153,20 +152,10 @@ pub const KEYS: KeyTable = KeyTable {
         ),
         angles("step.chirp.centre_rad", "Centre.").or("[0, 0]"),
         angles("step.chirp.amplitude_rad", "Amplitude. Required."),
-        pair(
-            "step.chirp.from_hz",
-            Range::ANY,
-            "First frequency. Required.",
-        )
-        .unit("Hz"),
-        pair("step.chirp.to_hz", Range::ANY, "Last frequency. Required.").unit("Hz"),
-        Key::number(
-            "step.chirp.ramp_s",
-            Range::ANY,
-            "Fade in and fade out. Required.",
-        )
-        .unit("s"),
-        Key::number("step.chirp.duration_s", Range::ANY, "Its length. Required.").unit("s"),
+        hertz("step.chirp.from_hz", "First frequency. Required."),
+        hertz("step.chirp.to_hz", "Last frequency. Required."),
+        length_s("step.chirp.ramp_s", "Fade in and fade out. Required."),
+        length_s("step.chirp.duration_s", "Its length. Required."),
         Key::new(
             "step.stream",
             Kind::Tables,
@@ -193,12 +182,7 @@ pub const KEYS: KeyTable = KeyTable {
              which is a table with one signal: constant, triangle, staircase, steps, sinusoid, \
              chirp, multisine or prbs. Required.",
         ),
-        Key::number(
-            "step.experiment.duration_s",
-            Range::ANY,
-            "Its length. Required.",
-        )
-        .unit("s"),
+        length_s("step.experiment.duration_s", "Its length. Required."),
         Key {
             unit: "rad",
             ..Key::new(
@@ -216,6 +200,11 @@ pub const KEYS: KeyTable = KeyTable {
             "Envelope: largest speed of each joint. Required.",
         )
         .unit("rad/s"),
+        Key::new(
+            "step.float",
+            Kind::Switch,
+            "Action: make the arm weightless, for a hand to lead. Only true.",
+        ),
         Key::new(
             "step.set",
             Kind::Parameters,
@@ -282,6 +271,12 @@ pub const KEYS: KeyTable = KeyTable {
              for good or until the next push.",
         )
         .unit("s"),
+        expectation(
+            "expect.stays_within_rad",
+            "After every hand has let go both joints stay this near to where it left them, until \
+             the next hand, or for as long as the arm floats.",
+        )
+        .unit("rad"),
         expectation("expect.torque_within_nm", "Largest torque of either joint.").unit("N m"),
         Key::new(
             "expect.experiments_end",
@@ -304,7 +299,7 @@ pub const KEYS: KeyTable = KeyTable {
         .or("1"),
         pair(
             "bench.initial_rad",
-            INITIAL_RAD,
+            HELD_RAD,
             "Angles at which the arm is held until torque comes on.",
         )
         .unit("rad")
@@ -347,6 +342,53 @@ pub const KEYS: KeyTable = KeyTable {
         ),
         Key::number("bench.push.torque_nm", PUSH_NM, "Torque. Required.").unit("N m"),
         seconds("bench.push.duration_s", "Length. Required."),
+        Key::new(
+            "bench.hand",
+            Kind::Tables,
+            "Hands that lead the simulated arm, one at a time.",
+        ),
+        seconds(
+            "bench.hand.at_s",
+            "Start: it grasps the arm where it is. Required.",
+        ),
+        every_s("bench.hand.every_s"),
+        Key::number(
+            "bench.hand.link",
+            Range::whole(1, JOINTS as u32),
+            "Link that it holds at its end.",
+        )
+        .or("2"),
+        Key::new(
+            "bench.hand.path",
+            Kind::Tables,
+            "Points to which it leads the arm. Required.",
+        ),
+        seconds("bench.hand.path.after_s", "Time after `at_s`. Required."),
+        pair(
+            "bench.hand.path.angle_rad",
+            HELD_RAD,
+            "Angles at that time. Required.",
+        )
+        .unit("rad"),
+        seconds(
+            "bench.hand.release_s",
+            "Time after `at_s` at which it lets go.",
+        )
+        .or("that of the last point"),
+        Key::number(
+            "bench.hand.stiffness_n_m",
+            GRIP_N_M,
+            "Spring by which it holds the link.",
+        )
+        .unit("N/m")
+        .or("300"),
+        Key::number(
+            "bench.hand.damping_n_s_m",
+            GRIP_N_S_M,
+            "Damper beside the spring.",
+        )
+        .unit("N s/m")
+        .or("10"),
     ],
 };
 

@@ -41,7 +41,7 @@
 //!
 //! Times are in s since the arm was armed. Arm and calibration are the board's
 //! own, whatever `control` is; at the end its settings are restored. `[bench]` is
-//! for the virtual arm; a real one is not pushed.
+//! for the virtual arm; a real one is neither pushed nor led.
 //!
 //! Every mistake is reported with file, line and column, as is everything that a board
 //! would predictably refuse: motions are planned by the board's planner and gains checked
@@ -53,10 +53,12 @@ mod expectation;
 mod experiment;
 mod file;
 mod keys;
+mod leads;
 mod mistake;
 mod motion;
 mod preview;
 mod reference;
+mod stay;
 mod steps;
 #[cfg(test)]
 mod tests;

@@ -4,7 +4,7 @@
 //! If a controller follows a reference, the board's own planner computes it.
 //! If a motor is driven in open loop, in an experiment, the motion is unknown, but the
 //! board ends the experiment when a joint leaves the envelope. The position before the
-//! first step is unknown.
+//! first step is unknown, and so is that of an arm that floats.
 
 use std::ops::Range;
 
@@ -308,6 +308,28 @@ minimum_jerk = { to_rad = [0, 0], duration_s = 1.0 }
 [stop]
 after_s = 9
 ";
+
+    /// Of a motion after a float only the end is known.
+    #[test]
+    fn an_arm_that_floats_may_be_anywhere() {
+        let text = PLAN.replacen("regulate_rad = [0.1, 0]", "float = true", 1);
+        let overrides = Overrides {
+            duration_s: Some(3.0),
+            ..Overrides::default()
+        };
+        let preview = Scenario::parse(Path::new("mine.toml"), &text, &overrides).unwrap();
+        let [float, go] = &preview.preview().stages[..] else {
+            panic!("{preview:?}")
+        };
+        assert_eq!(float.joints, [JointPreview::UNKNOWN; JOINTS]);
+        let [first, _] = &go.joints;
+        let is_end =
+            |(at_s, angle_rad): &ReferencePoint| *at_s >= 2.0 && (angle_rad - 0.5).abs() < 1e-6;
+        assert!(
+            !first.reference.is_empty() && first.reference.iter().all(is_end),
+            "{first:?}"
+        );
+    }
 
     #[test]
     fn each_stage_has_its_range_speed_and_reference() {

@@ -5,6 +5,7 @@ mod stream;
 use armbridge_board::bridge::limits::MOTION;
 use armbridge_board::bridge::permits;
 use armbridge_client::refusal_text;
+use armbridge_control::controller::float;
 use armbridge_control::trajectory::{
     DURATION_MAX_S, DURATION_MIN_S, Error, FREQUENCY_MAX_HZ, Peak, Reference, Trajectory,
 };
@@ -32,7 +33,7 @@ pub(super) struct ReferenceSource {
 
 #[derive(Debug)]
 enum Source {
-    /// Motors off, or constant torque: there is no reference.
+    /// Motors off, constant torque, or an arm that floats: there is no reference.
     Unknown,
     Planned {
         trajectory: Box<Trajectory<f32>>,
@@ -115,7 +116,11 @@ impl ReferenceSource {
                         since_us,
                     };
                 }
-                Command::Torque(_) | Command::Float => self.clear(),
+                Command::Torque(_) => self.clear(),
+                Command::Float => {
+                    check_float(settings, place)?;
+                    self.clear();
+                }
                 Command::Experiment(ref plan) => {
                     let rest = self.rest(step.at_us);
                     check_experiment(settings, plan, rest)
@@ -186,6 +191,19 @@ impl ReferenceSource {
             Err(Mistake::new(place.clone(), message))
         })
     }
+}
+
+/// Checks whether the board's ticks are frequent enough for an arm that floats.
+fn check_float(settings: &Settings, place: &KeyPath) -> Result<(), Mistake> {
+    let (period_us, most_us) = (settings.setup.period_us, float::PERIOD_MAX_US);
+    if period_us <= most_us {
+        return Ok(());
+    }
+    let message = format!(
+        "an arm floats at periods of at most {most_us} µs, and this board has {period_us} µs: put a \
+         `setup.period_us` of at most {most_us} into `[set]`"
+    );
+    Err(Mistake::new(place.clone(), message))
 }
 
 /// Checks whether the board would accept an experiment. If the arm's angles are unknown, the

@@ -182,6 +182,7 @@ impl StepKeys {
             ("chirp", self.chirp.is_some()),
             ("stream", self.stream.is_some()),
             ("experiment", self.experiment.is_some()),
+            ("float", self.float.is_some()),
             ("set", self.set.is_some()),
             ("idle", self.idle.is_some()),
             ("arm", self.arm.is_some()),
@@ -254,9 +255,10 @@ impl StepKeys {
         if let Some(table) = &self.set {
             return change_under_torque(at, table).map(Action::Change);
         }
-        match (self.idle, self.arm) {
-            (Some(true), _) => Ok(Action::Command(Box::new(Command::Idle))),
-            (_, Some(true)) => Ok(Action::Arm),
+        match (self.float, self.idle, self.arm) {
+            (Some(true), ..) => Ok(Action::Command(Box::new(Command::Float))),
+            (_, Some(true), _) => Ok(Action::Command(Box::new(Command::Idle))),
+            (.., Some(true)) => Ok(Action::Arm),
             _ => Err(Mistake::new(
                 at.clone(),
                 "expected true; otherwise leave this key out",

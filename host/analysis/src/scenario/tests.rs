@@ -70,6 +70,11 @@ fn mistakes_have_a_place_and_say_what_is_right() {
             "6:11",
             "give this point an `after_s` of",
         ),
+        (
+            "[set]\nsetup.period_us = 10000\n[[step]]\nat_s = 1\nfloat = true",
+            "8:9",
+            "`setup.period_us` of at most 5000",
+        ),
         ("[set]\ncontroller.kwind = 3", "5:20", "`controller.kind`"),
         ("[set]\nlimits.silence_ms = -3", "5:21", "limits.silence_ms"),
         (
@@ -143,7 +148,7 @@ fn so_do_mistakes_in_experiments() {
 
 /// The mistake in this end of a file: its place and message, on one line.
 #[track_caller]
-fn assert_mistake(tail: &str, at: &str, words: &str) {
+pub(super) fn assert_mistake(tail: &str, at: &str, words: &str) {
     let text = mistake(&format!("{HEAD}{tail}"));
     let place = format!("mine.toml:{at}: ");
     assert!(text.starts_with(&place), "{tail}\n{text}");
@@ -201,7 +206,11 @@ impl RecordSink for ExpectationSink {
 fn simulate(scenario: &Scenario) -> (Option<Ending>, Vec<String>, u64) {
     let sink = ExpectationSink {
         tally: Tally::default(),
-        monitor: ExpectationMonitor::new(scenario.expect, &scenario.plan.pushes),
+        monitor: ExpectationMonitor::new(
+            scenario.expect,
+            &scenario.plan.pushes,
+            &scenario.plan.leads,
+        ),
     };
     let runner = PlanRunner::with_sink(scenario.plan.clone(), sink);
     let options = Options::new(scenario.bench.build());
@@ -309,6 +318,11 @@ fn the_table_has_the_keys_that_the_parser_takes() {
         ("[expect]\nzzz = 1", "expect."),
         ("[bench]\nzzz = 1", "bench."),
         ("[[bench.push]]\nzzz = 1", "bench.push."),
+        ("[[bench.hand]]\nzzz = 1", "bench.hand."),
+        (
+            "[[bench.hand]]\n[[bench.hand.path]]\nzzz = 1",
+            "bench.hand.path.",
+        ),
     ] {
         let error = toml::from_str::<file::File>(text).unwrap_err();
         let mut parsed: Vec<&str> = error.message().split('`').skip(3).step_by(2).collect();

@@ -111,7 +111,11 @@ fn recorded(
 ) -> Result<Option<RunFigures>, LogError> {
     let sink = Figures {
         tally: Tally::default(),
-        judge: ExpectationMonitor::new(scenario.expect, &scenario.plan.pushes),
+        judge: ExpectationMonitor::new(
+            scenario.expect,
+            &scenario.plan.pushes,
+            &scenario.plan.leads,
+        ),
     };
     let runner = PlanRunner::with_sink(scenario.plan.clone(), sink);
     let mut runner = runner.interrupted_by(ctrl_c::is_raised);

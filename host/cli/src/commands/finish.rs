@@ -107,7 +107,7 @@ fn screen(finished: &Finished, description: &Description, is_verbose: bool) -> S
         folder,
         verdict,
         baseline,
-        is_experiment,
+        is_free,
     } = finished;
     let about = description.about.filter(|_| *verdict == Verdict::Done);
     let run = &summary.run;
@@ -129,7 +129,7 @@ fn screen(finished: &Finished, description: &Description, is_verbose: bool) -> S
         ),
         paragraph(&format!(
             "{} {}",
-            headline(summary, *verdict, *is_experiment),
+            headline(summary, *verdict, *is_free),
             about.unwrap_or(description.title)
         )),
         summary.results(),

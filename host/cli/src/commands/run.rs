@@ -194,7 +194,8 @@ fn about(scenario: &Scenario, link: &BoardUri) -> Option<String> {
             "Let go at {first:+.2} and {second:+.2} rad. {about}"
         ));
     }
-    scenario.plan.pushes.is_empty().then(|| about.to_owned())
+    let is_untouched = scenario.plan.pushes.is_empty() && scenario.plan.leads.is_empty();
+    is_untouched.then(|| about.to_owned())
 }
 
 /// Prints that a scenario is in order, with its remarks.

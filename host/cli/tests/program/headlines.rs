@@ -57,6 +57,27 @@ fn where_the_arm_begins_and_what_pushes_it_is_told_of_a_simulated_one() {
     );
 }
 
+/// It floats where it is served, too, and what a hand would have shown is not expected.
+#[test]
+fn hands_lead_a_simulated_arm_alone() {
+    let program = Program::new("headline-hands");
+    program.write(
+        "led.toml",
+        "title = 'Led'\nabout = 'A hand leads it.'\n[[step]]\nat_s = 0.0\nfloat = true\n\
+         [[bench.hand]]\nat_s = 0.1\npath = [{ after_s = 0.5, angle_rad = [0.2, -0.2] }]\n\
+         [stop]\nafter_s = 0.9\n[expect]\nstays_within_rad = 0.1\n",
+    );
+    let out = printed(&program, &["run", "led.toml"]);
+    let ended = "complete, and ended as it should. Let go at +0.30 and -0.25 rad. A hand leads it.";
+    assert!(out.contains(ended), "{out}");
+    let board = Served::on(TCP);
+    let output = program.run(&["run", "led.toml", "--link", &board.link.to_string()]);
+    let (out, notes) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(0), "{notes}");
+    assert!(!out.contains("A hand leads it"), "{out}");
+    assert!(notes.contains("`[[bench.hand]]` are left out"), "{notes}");
+}
+
 #[test]
 fn an_arm_that_falls_in_an_experiment_is_not_said_to_balance() {
     let program = Program::new("headline-experiment");

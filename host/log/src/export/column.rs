@@ -221,7 +221,7 @@ pub const QUANTITIES: [Quantity; 26] = quantities! {
         "torque of dry friction, with the sign of its effect"
         Values::Truth(|state, j| state.friction_nm[j]);
     "true_push_nm" ["true_push_nm_1", "true_push_nm_2"] "N m"
-        "torque of pushes"
+        "torque of pushes and hands"
         Values::Truth(|state, j| state.push_nm[j]);
 };
 

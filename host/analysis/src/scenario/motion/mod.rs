@@ -117,6 +117,7 @@ pub(super) fn scenario(
             begin: InitialSettings::Changed(change),
             steps,
             pushes: Vec::new(),
+            leads: Vec::new(),
             stop: Stop::after((end_s * 1e6).round() as u64),
             is_clearing: false,
             is_releasing: false,

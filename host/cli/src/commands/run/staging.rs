@@ -23,7 +23,7 @@ pub(in crate::commands) struct Staging<'a> {
 }
 
 impl Staging<'_> {
-    /// Options of the link. Pushes are left out where the arm is not simulated here.
+    /// Options of the link. Pushes and hands are left out where the arm is not simulated here.
     pub(in crate::commands) fn options(&self, scenario: &mut Scenario) -> Options {
         if !self.link.is_simulated() && !scenario.plan.pushes.is_empty() {
             let left_out = match scenario.plan.pushes.len() {
@@ -37,6 +37,15 @@ impl Staging<'_> {
             ));
             scenario.plan.pushes.clear();
             scenario.expect.recovers_within_s = None;
+        }
+        if !self.link.is_simulated() && !scenario.plan.leads.is_empty() {
+            stdio::note(format_args!(
+                "note: at {} the hands of `[[bench.hand]]` are left out: a run leads the arm of \
+                 sim: and emulate: alone; lead this one yourself",
+                self.link
+            ));
+            scenario.plan.leads.clear();
+            scenario.expect.stays_within_rad = None;
         }
         let mut options = Options::new(scenario.bench.build());
         options.pace = self.pace;
@@ -91,7 +100,7 @@ impl Staging<'_> {
         } = scenario;
         ctrl_c::listen()?;
         Ok(RunSpec {
-            judge: Some(ExpectationMonitor::new(expect, &plan.pushes)),
+            judge: Some(ExpectationMonitor::new(expect, &plan.pushes, &plan.leads)),
             plan,
             facts,
             success,

@@ -13,22 +13,12 @@
 //! end of link 2 = ( l2 sin q2, sin q1 (l1 + l2 cos q2), cos q1 (l1 + l2 cos q2) )    in m
 //! ```
 
+use armbridge_client::simulation::Grip;
 use armbridge_control::arm::{Parameters, State};
 use nalgebra::{Matrix3x2, Vector2, Vector3};
 
 /// Time in s in which a hand reaches its speed, and comes to rest.
 const RAMP_S: f64 = 0.15;
-
-/// Link, counting from 0, and how a hand holds it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Grip {
-    /// Link that is held at its end, counting from 0.
-    pub link: usize,
-    /// Stiffness in N/m.
-    pub stiffness_n_m: f64,
-    /// Damping in N s/m.
-    pub damping_n_s_m: f64,
-}
 
 /// A hand on its way from one point of its path to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
