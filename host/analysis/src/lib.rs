@@ -10,6 +10,7 @@
 //! | [`run_folder`]          | the folder of a run                                          |
 //! | [`monte_carlo`]         | runs on many virtual arms, evaluated with the true arm       |
 //! | [`sweep`]               | a scenario with every combination of several values          |
+//! | [`taught_motion`]       | a motion along which a hand led the arm                      |
 //! | [`plot`]                | plots of a run                                               |
 //! | [`design`]              | a set-up's gain, poles, margins and step response            |
 //! | [`identify`]            | identification of an arm's model from logs                   |
@@ -30,5 +31,6 @@ pub mod run_folder;
 pub mod run_page;
 pub mod scenario;
 pub mod sweep;
+pub mod taught_motion;
 #[cfg(test)]
 mod test_log;

@@ -9,7 +9,7 @@ use crate::args::{OutputArgs, TaskArgs};
 use crate::commands::{
     Outcome, arm, calibrate, clear, completions, config, design, diff, disarm, doctor, export,
     fault_campaign, foxglove, hand, identify, info, man, paper, params, plants, plot, push, replay,
-    run, scan, serve, servo, setup, status, stop, sweep, trials, watch,
+    run, scan, serve, servo, setup, status, stop, sweep, teach, trials, watch,
 };
 
 /// Deterministic control of a two-joint Dynamixel arm.
@@ -66,6 +66,9 @@ pub(crate) enum Command {
     /// Design gains; show poles, margins and the step response.
     #[command(after_help = design::EXAMPLES)]
     Design(Box<design::DesignArgs>),
+    /// Lead the arm by hand, and keep the motion.
+    #[command(after_help = teach::EXAMPLES)]
+    Teach(teach::TeachArgs),
     /// Identify an arm's parameters from its logs.
     #[command(after_help = identify::EXAMPLES)]
     Identify(identify::IdentifyArgs),
@@ -140,6 +143,7 @@ impl Command {
             Self::Servo(args) => servo::run(args),
             Self::Params(args) => params::run(args),
             Self::Design(args) => design::run(args),
+            Self::Teach(args) => teach::run(args),
             Self::Identify(args) => identify::run(args),
             Self::Config(args) => config::run(args),
             Self::Doctor(args) => doctor::run(args),

@@ -3,7 +3,7 @@
 use super::{COUNT_RAD, LEG_NS, floating, hidden, lead};
 use armbridge_board::bridge::Channels;
 use armbridge_control::arm::State;
-use armbridge_link::message::{Drive, Mode, Setup};
+use armbridge_link::message::{Drive, Mode, Record, Setup};
 use armbridge_servo::JOINTS;
 use armbridge_sim::Bench;
 use armbridge_sim::plant::{Lead, Plant, PlantConfig};
@@ -37,6 +37,8 @@ pub(super) struct Floated {
     pub(super) seen: Vec<Seen>,
     /// Mode at its end.
     pub(super) mode: Mode,
+    /// Records of the board.
+    pub(super) records: Vec<Record>,
 }
 
 /// Runs an arm under a board that floats, on a bench prepared by `prepare`.
@@ -61,9 +63,12 @@ pub(super) fn float_with(
             ..Seen::of(run.bench.plant())
         }
     });
+    let seen = seen.collect();
+    let records = run.host.into_parts().0;
     Floated {
-        seen: seen.collect(),
-        mode: run.host.records().last().unwrap().mode,
+        seen,
+        mode: records.last().unwrap().mode,
+        records,
     }
 }
 

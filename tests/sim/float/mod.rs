@@ -5,6 +5,7 @@
 
 mod hands;
 mod led;
+mod taught;
 
 use armbridge_analysis::plan_runner::Script;
 use armbridge_control::arm::State;

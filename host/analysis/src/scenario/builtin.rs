@@ -43,6 +43,7 @@ pub const BUILTINS: &[Builtin] = builtin![
     "stream",
     "hold",
     "float",
+    "teach",
     "friction",
     "free-fall",
     "staircase",

@@ -152,6 +152,10 @@ pub struct Overrides {
     pub servos: Option<Vec<ServoKind>>,
     /// Settings of the board; `None` for the defaults.
     pub board: Option<Settings>,
+    /// Speed of a motion, relative to that of its file.
+    pub speed: Option<f64>,
+    /// Number of times that a motion is performed.
+    pub repeats: Option<u32>,
 }
 
 /// An end of a run that counts as success.
@@ -320,6 +324,15 @@ impl Scenario {
             .is_some_and(|extension| extension == motion::EXTENSION)
         {
             return motion::scenario(text, &name, overrides);
+        }
+        for (option, is_given) in [
+            ("--speed", overrides.speed.is_some()),
+            ("--repeat", overrides.repeats.is_some()),
+        ] {
+            if is_given {
+                let message = format!("{option} is for motions, files that end in .csv");
+                return Err(text.error(0, message).into());
+            }
         }
         let keys = text.parse()?;
         check::scenario(&keys, &name, file.parent(), overrides)

@@ -57,6 +57,14 @@ pub(crate) fn weights<const N: usize>(text: &str) -> Result<[f32; N], String> {
         .ok_or_else(|| format!("expected {N} numbers from 0 up, with commas between"))
 }
 
+/// Speed of a motion, relative to its own.
+pub(crate) fn speed(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(factor) if (0.05..=20.0).contains(&factor) => Ok(factor),
+        _ => Err("expected a factor from 0.05 to 20, as 0.5 for half as fast".into()),
+    }
+}
+
 pub(crate) fn positive(text: &str) -> Result<f32, String> {
     match text.parse() {
         Ok(x) if x > 0.0 && f32::is_finite(x) => Ok(x),

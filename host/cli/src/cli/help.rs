@@ -9,7 +9,7 @@ use clap::builder::{Resettable, StyledStr};
 
 /// Purposes, each with its commands.
 const GROUPS: [(&str, &[&str]); 6] = [
-    ("Run", &["run", "watch", "foxglove"]),
+    ("Run", &["run", "teach", "watch", "foxglove"]),
     (
         "Board and servos",
         &[

@@ -30,6 +30,7 @@ pub(crate) mod setup;
 pub(crate) mod status;
 pub(crate) mod stop;
 pub(crate) mod sweep;
+pub(crate) mod teach;
 pub(crate) mod trials;
 pub(crate) mod watch;
 

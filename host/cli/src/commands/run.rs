@@ -21,7 +21,7 @@ use super::finish::{Description, finish};
 use super::{Error, Outcome, transparent_port};
 use crate::args::listen::{FORMS, listen_at};
 use crate::args::suggestions::scenarios;
-use crate::args::values::seed;
+use crate::args::values::{seed, speed};
 use crate::args::{
     ExposeArgs, LinkArgs, OutputArgs, PaceName, ScenarioArgs, ScenarioArmArgs, VirtualServoArgs,
 };
@@ -35,6 +35,7 @@ Examples:
   armbridge run push --link emulate:        on the firmware image in QEMU
   armbridge run mine.toml --link serial:    a file of your own, on a board
   armbridge run mine.toml --check           check the file; nothing moves
+  armbridge run demo.csv --speed 0.5        a motion, at half its speed
   armbridge run hour --duration 600 --json  ten minutes, with a summary as JSON
 
 A scenario is a TOML file; armbridge run NAME --show prints one that ships, as a
@@ -68,6 +69,12 @@ pub(crate) struct RunArgs {
     pub(crate) link: LinkArgs,
     #[command(flatten)]
     pub(crate) overrides: ScenarioArgs,
+    /// Speed of a motion, relative to that of its file: 0.5 for half as fast.
+    #[arg(long, value_name = "FACTOR", value_parser = speed)]
+    pub(crate) speed: Option<f64>,
+    /// Perform a motion so many times.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000))]
+    pub(crate) repeat: Option<u32>,
     /// Clear a fault that is latched on the board; remove its cause first.
     #[arg(long)]
     pub(crate) clear: bool,
@@ -109,6 +116,8 @@ impl RunArgs {
         Ok(Overrides {
             seed: simulated.seed,
             servos: simulated.servos.requested()?,
+            speed: self.speed,
+            repeats: self.repeat,
             ..self.overrides.overrides(&simulated.arm, config)?
         })
     }

@@ -54,7 +54,8 @@ pub(super) fn scenario(
 ) -> Result<Scenario, ScenarioError> {
     let wrong = |(byte, message)| ScenarioError::from(text.error(byte, message));
     let located = |wrong: check::Wrong| wrong.located(|mistake| text.error(0, mistake.message));
-    let samples = samples::parse(text.text).map_err(wrong)?;
+    let mut samples = samples::parse(text.text).map_err(wrong)?;
+    change_speed(&mut samples, overrides.speed.unwrap_or(1.0));
     let duration_s = samples[samples.len() - 1].at_s - samples[0].at_s;
     if duration_s > DURATION_MAX_S {
         let message = format!("the motion takes {duration_s} s; at most {DURATION_MAX_S} s");
@@ -105,8 +106,9 @@ pub(super) fn scenario(
     if let Some(peak) = peaks.iter().flatten().find(|peak| peak.is_beyond()) {
         return Err(wrong((line_of(peak.at_s), peak.message())));
     }
-    let end_s = f64::from(APPROACH_S) + REST_S + path.length_s() + REST_S;
-    let end_s = overrides.duration_s.unwrap_or(end_s);
+    let cycle_s = f64::from(APPROACH_S) + REST_S + path.length_s() + REST_S;
+    let repeats = overrides.repeats.unwrap_or(1);
+    let end_s = overrides.duration_s.unwrap_or(cycle_s * f64::from(repeats));
     let mut notes = check::notes(base, overrides);
     notes.extend(path.describe(&samples, &peaks));
     Ok(Scenario {
@@ -115,7 +117,7 @@ pub(super) fn scenario(
         about: String::new(),
         plan: Plan {
             begin: InitialSettings::Changed(change),
-            steps,
+            steps: repeated(&steps, cycle_s, repeats),
             pushes: Vec::new(),
             leads: Vec::new(),
             stop: Stop::after((end_s * 1e6).round() as u64),
@@ -129,6 +131,29 @@ pub(super) fn scenario(
         expect: Expect::default(),
         notes,
     })
+}
+
+/// Plays samples at this speed, relative to their own.
+fn change_speed(samples: &mut [Sample], speed: f64) {
+    let start_s = samples[0].at_s;
+    for sample in samples {
+        sample.at_s = start_s + (sample.at_s - start_s) / speed;
+        sample.speed_rad_s = sample
+            .speed_rad_s
+            .map(|speeds| speeds.map(|rad_s| rad_s * speed));
+    }
+}
+
+/// Steps that are performed so many times, one cycle after the other.
+fn repeated(steps: &[Step], cycle_s: f64, repeats: u32) -> Vec<Step> {
+    let cycles = (0..repeats).flat_map(|cycle| {
+        let after_us = (f64::from(cycle) * cycle_s * 1e6).round() as u64;
+        steps.iter().map(move |step| Step {
+            at_us: step.at_us + after_us,
+            action: step.action.clone(),
+        })
+    });
+    cycles.collect()
 }
 
 /// A motion from rest to rest.
