@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use armbridge_client::refusal_text;
 use armbridge_client::session::Request;
-use armbridge_link::message::{Command, Mode, Settings};
+use armbridge_link::message::{Command, Drive, Mode, Settings};
 use armbridge_link::motion::Motion;
 use armbridge_servo::JOINTS;
 use foxglove::websocket::Parameter;
@@ -37,17 +37,20 @@ pub enum Service {
     Hold,
     /// Arm if need be, and move upright.
     Upright,
+    /// Arm if need be, and make the arm weightless, for a hand to lead.
+    Float,
 }
 
 impl Service {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Stop,
         Self::Disarm,
         Self::ClearFault,
         Self::Arm,
         Self::Hold,
         Self::Upright,
+        Self::Float,
     ];
 
     /// Its name.
@@ -59,6 +62,7 @@ impl Service {
             Self::Arm => "/arm",
             Self::Hold => "/hold",
             Self::Upright => "/upright",
+            Self::Float => "/float",
         }
     }
 
@@ -71,7 +75,7 @@ impl Service {
     pub fn energises(self) -> bool {
         match self {
             Self::Stop | Self::Disarm | Self::ClearFault => false,
-            Self::Arm | Self::Hold | Self::Upright => true,
+            Self::Arm | Self::Hold | Self::Upright | Self::Float => true,
         }
     }
 
@@ -95,6 +99,7 @@ impl Service {
                 to_rad: [0.0; JOINTS],
                 duration_s: None,
             })),
+            Self::Float => drive(Command::Float),
         }
     }
 
@@ -106,6 +111,7 @@ impl Service {
             Self::ClearFault => !matches!(mode, Mode::Fault(_)),
             Self::Arm => mode.is_armed(),
             Self::Hold | Self::Upright => mode.drive().is_some(),
+            Self::Float => mode.drive() == Some(Drive::Float),
         }
     }
 
@@ -114,7 +120,7 @@ impl Service {
             Self::Stop => None,
             Self::Disarm => Some(CommandKind::Disarm),
             Self::ClearFault => Some(CommandKind::Clear),
-            Self::Arm | Self::Hold | Self::Upright => Some(CommandKind::Drive),
+            Self::Arm | Self::Hold | Self::Upright | Self::Float => Some(CommandKind::Drive),
         }
     }
 }

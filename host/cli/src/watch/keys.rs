@@ -47,6 +47,8 @@ pub enum Question {
     Regulate,
     /// Whether to arm and regulate, and where.
     ArmAndRegulate,
+    /// Whether to float; the board is armed.
+    Float,
 }
 
 impl Question {
@@ -59,6 +61,7 @@ impl Question {
             Self::ArmAndRegulate => {
                 "Arm, and the motors come on?   h hold here   u move upright   n no"
             }
+            Self::Float => "The motors carry the arm, for a hand to lead.   y yes   n no",
         }
     }
 }
@@ -112,7 +115,7 @@ impl Keys {
         }
         let is_command = matches!(
             key.code,
-            KeyCode::Char('a' | 'c' | 'd' | 'r')
+            KeyCode::Char('a' | 'c' | 'd' | 'f' | 'r')
                 | KeyCode::Left
                 | KeyCode::Right
                 | KeyCode::Down
@@ -132,6 +135,7 @@ impl Keys {
             KeyCode::Char('c') => self.clear(model),
             KeyCode::Char('a') => self.ask(arming(model)),
             KeyCode::Char('r') => self.ask(regulating(model)),
+            KeyCode::Char('f') => self.ask(floating(model)),
             KeyCode::Char('1') => self.handle(Hand::Push(0)),
             KeyCode::Char('2') => self.handle(Hand::Push(1)),
             KeyCode::Char('l') => self.lift(model),
@@ -180,6 +184,10 @@ impl Keys {
             Question::Prepare => {
                 let prepare = is_yes.then(|| command(Command::Prepare)).flatten();
                 (arming(model), vec![prepare])
+            }
+            Question::Float => {
+                let float = is_yes.then(|| command(Command::Float)).flatten();
+                (floating(model), vec![float])
             }
             Question::Regulate => (regulating(model), vec![drive]),
             Question::ArmAndRegulate => (
@@ -287,10 +295,18 @@ fn regulating(model: &Model) -> Result<Question, &'static str> {
     match (model.line(), model.board.mode()) {
         (Line::Up, Some(mode)) if mode.is_armed() => Ok(Question::Regulate),
         _ => arming(model).map(|question| match question {
-            Question::Arm | Question::Regulate | Question::ArmAndRegulate => {
+            Question::Arm | Question::Regulate | Question::ArmAndRegulate | Question::Float => {
                 Question::ArmAndRegulate
             }
             Question::Prepare => Question::Prepare,
         }),
+    }
+}
+
+/// Whether it can float, and what to ask.
+fn floating(model: &Model) -> Result<Question, &'static str> {
+    match (model.line(), model.board.mode()) {
+        (Line::Up, Some(mode)) if mode.is_armed() => Ok(Question::Float),
+        _ => arming(model).and(Err("an arm floats once it is armed: press a first")),
     }
 }

@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use armbridge_link::message::Record;
+use armbridge_link::message::{Drive, Record};
 use armbridge_servo::JOINTS;
 
 /// Duration that is kept, in s.
@@ -20,7 +20,7 @@ pub struct Seen {
     pub low: f32,
     /// Highest.
     pub high: f32,
-    /// Last setpoint; none with the motors off, when nothing heeds it.
+    /// Last setpoint; none while no controller holds the arm at it.
     pub setpoint: Option<f32>,
 }
 
@@ -54,11 +54,11 @@ impl History {
         if self.slices.back().is_some_and(|last| number < last.number) {
             self.slices.clear();
         }
-        let is_driven = record.mode.drive().is_some();
+        let is_held = record.mode.drive().is_some_and(Drive::is_closed_loop);
         let joints = std::array::from_fn(|joint| Seen {
             low: record.output.angle_rad[joint],
             high: record.output.angle_rad[joint],
-            setpoint: is_driven.then_some(record.output.reference_rad[joint]),
+            setpoint: is_held.then_some(record.output.reference_rad[joint]),
         });
         match self.slices.back_mut() {
             Some(last) if last.number == number => {

@@ -7,7 +7,7 @@ use ratatui::widgets::{Block, Clear, Paragraph};
 
 use super::theme;
 
-const KEYS: [(&str, &str); 9] = [
+const KEYS: [(&str, &str); 10] = [
     (
         "space, s",
         "emergency stop, at once: torque off, a fault is latched",
@@ -18,6 +18,10 @@ const KEYS: [(&str, &str); 9] = [
     (
         "r",
         "regulate: asks whether to hold here or to move upright",
+    ),
+    (
+        "f",
+        "float: asks; the arm weighs nothing, and a hand leads it",
     ),
     ("← →", "setpoint of joint 1, by 0.02 rad"),
     ("↓ ↑", "setpoint of joint 2, by 0.02 rad"),

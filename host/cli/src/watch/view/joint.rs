@@ -2,6 +2,7 @@
 
 use armbridge_control::estimate::Config;
 use armbridge_link::limits::hard;
+use armbridge_link::message::Drive;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Style, Stylize};
@@ -56,8 +57,8 @@ fn estimate(model: &Model, joint: usize) -> [Line<'static>; 2] {
         Span::from("angle "),
         value(format!("{:+.4}", record.output.angle_rad[joint])),
     ];
-    // With the motors off nothing heeds it.
-    if record.mode.drive().is_some() {
+    // Nothing heeds it otherwise.
+    if record.mode.drive().is_some_and(Drive::is_closed_loop) {
         first.push(Span::from("  setpoint "));
         first.push(value(format!("{:+.4}", record.output.reference_rad[joint])));
     }

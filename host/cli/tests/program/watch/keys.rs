@@ -40,6 +40,16 @@ fn stopping_needs_no_answer_and_arming_does() {
     ];
     assert_eq!(letter(&mut keys, 'h', &idle), held);
 
+    // It floats where it is once it is armed, and not before.
+    assert_eq!(letter(&mut keys, 'f', &idle), []);
+    assert!(keys.question.is_none() && keys.note.is_some_and(|note| note.contains("press a")));
+    let running = regulated(nudge(9 * S), 2 * S);
+    assert_eq!(letter(&mut keys, 'f', &running), []);
+    assert_eq!(
+        letter(&mut keys, 'y', &running),
+        [Action::Request(Request::Command(Command::Float))]
+    );
+
     // A link that broke while one thought about it.
     assert_eq!(letter(&mut keys, 'a', &idle), []);
     let mut lost = idle.clone();

@@ -230,6 +230,14 @@ fn an_experiment_and_how_it_ended() {
     assert!(drawn.contains(ended), "{drawn}");
     let drawn = draw(&mut model, in_drive(Drive::Track));
     assert!(!drawn.contains(ended), "{drawn}");
+    assert!(drawn.contains("  setpoint +"), "{drawn}");
+    // Nothing holds an arm that floats at a setpoint.
+    let drawn = draw(&mut model, in_drive(Drive::Float));
+    assert!(drawn.contains("weightless: lead it by hand"), "{drawn}");
+    assert!(
+        !drawn.contains("  setpoint +") && !drawn.contains("  setpoint -"),
+        "{drawn}"
+    );
 }
 
 #[test]
@@ -299,7 +307,7 @@ fn the_role_on_a_served_link_is_shown_and_an_observer_only_stops() {
         drawn.contains(by) && drawn.contains("OBSERVING · link up"),
         "{drawn}"
     );
-    for code in ['a', 'c', 'd', 'r'].map(KeyCode::Char) {
+    for code in ['a', 'c', 'd', 'f', 'r'].map(KeyCode::Char) {
         assert_eq!(press(&mut keys, code, &model), []);
         assert!(keys.note.is_some_and(|note| note.contains("observes")) && keys.question.is_none());
     }
