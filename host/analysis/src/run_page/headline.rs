@@ -1,5 +1,7 @@
 //! Result of a run in one sentence.
 
+use armbridge_client::enum_names;
+use armbridge_link::message::{Drive, Mode};
 use armbridge_log::summary::{SETTLED_RAD, SegmentSummary, Summary};
 
 use super::collect::Collected;
@@ -35,8 +37,19 @@ pub(super) fn beside(name: &str, run: &Collected) -> Option<String> {
 }
 
 fn sentence(run: &Collected) -> Option<String> {
-    let result = at_setpoints(&run.summary).or_else(|| tracking(&run.summary))?;
-    Some(result + &pushes(&run.summary))
+    let result = at_setpoints(&run.summary).or_else(|| tracking(&run.summary));
+    let result = result.map(|result| result + &pushes(&run.summary));
+    match (result, floats(run)) {
+        (Some(result), Some(floats)) => Some(format!("{result}; it {floats}")),
+        (result, floats) => result.or(floats),
+    }
+}
+
+/// Time from which the arm floats, if it does.
+fn floats(run: &Collected) -> Option<String> {
+    let name = enum_names::mode(Mode::Running(Drive::Float));
+    let (start_s, _) = run.modes.iter().find(|(_, mode)| *mode == name)?;
+    Some(format!("floats from {start_s:.2} s on"))
 }
 
 fn at_setpoints(summary: &Summary) -> Option<String> {
@@ -101,4 +114,43 @@ fn off_mrad(segment: &SegmentSummary) -> f64 {
         .iter()
         .map(|joint| joint.steady_state_error_mrad.abs());
     off.fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use armbridge_link::message::{Record, TickInput};
+
+    use super::*;
+    use crate::test_log::write_log;
+
+    /// An arm that is held for a time and then floats is not at its setpoint for good.
+    #[test]
+    fn an_arm_that_floats_is_said_to() {
+        let folder = tempfile::tempdir().unwrap();
+        let headline_of = |float_from: u32| {
+            let path = folder.path().join(format!("{float_from}.mcap"));
+            let records = (0..4_000).map(|tick| Record {
+                tick,
+                mode: Mode::Running(if tick < float_from {
+                    Drive::Regulate
+                } else {
+                    Drive::Float
+                }),
+                input: TickInput {
+                    start_us: u64::from(tick) * 1_000,
+                    ..TickInput::AT_REST
+                },
+                ..Record::NONE
+            });
+            write_log(&path, &[], &records.collect::<Vec<_>>());
+            headline(&Collected::read(&path).unwrap())
+        };
+        let held = headline_of(2_000);
+        assert!(
+            held.contains("its setpoint") && held.ends_with("; it floats from 2.00 s on."),
+            "{held}"
+        );
+        assert_eq!(headline_of(0), "The arm floats from 0.00 s on.");
+        assert!(!headline_of(4_000).contains("floats"));
+    }
 }
