@@ -90,6 +90,48 @@ fn an_arm_that_was_held_stays_near_the_hand() {
     }
 }
 
+/// A hand that leads the arm, pauses for 0.8 s and goes on: the arm does not resist it more than
+/// before.
+#[test]
+fn a_pause_makes_no_resistance() {
+    for (name, base) in setups() {
+        for seed in 1..=20 {
+            let (config, setup) = hidden(seed, base);
+            let initial: [f64; JOINTS] = config.initial.q.into();
+            let away = initial.map(|q| q - 0.4 * q.signum());
+            let point = |after_ms: u64, angle_rad| LeadPoint {
+                after_ns: after_ms * MS,
+                angle_rad,
+            };
+            let start_ns = WEIGHED_MS * MS;
+            let hand = Lead {
+                path: vec![
+                    point(1_200, away),
+                    point(2_000, away),
+                    point(3_200, initial),
+                ],
+                ..lead(start_ns, &[], 3_200 * MS)
+            };
+            let seen = float_with(&config, setup, seed, 7_000, |bench| bench.lead(&hand));
+            let most = |from_ms: u64| {
+                let part = part(
+                    &seen.seen,
+                    WEIGHED_MS + from_ms,
+                    WEIGHED_MS + from_ms + 1_100,
+                );
+                part.iter()
+                    .map(|seen| seen.hand_nm.amax())
+                    .fold(0.0, f64::max)
+            };
+            let (before, after) = (most(50), most(2_050));
+            assert!(
+                after < before + 0.12,
+                "{name}, seed {seed}: {before}, then {after} N m"
+            );
+        }
+    }
+}
+
 /// An encoder that freezes while a hand leads the arm is found before the hand lets go.
 #[test]
 fn an_encoder_that_freezes_ends_it() {

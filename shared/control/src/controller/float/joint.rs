@@ -48,17 +48,20 @@ pub(super) struct JointState<T> {
     angle_rad: T,
     /// Angle in rad to which the spring of the friction pulls.
     anchor_rad: T,
+    /// The angle without reversals of less than twice [`REACH_RAD`]: no noise is motion.
+    play_rad: T,
     /// Strength of the friction in N m.
     strength_nm: T,
     /// Scale of the gravity torque beyond the model's, and trim in N m.
     pub(super) scale: T,
     trim_nm: T,
-    /// Smoothed speed of the anchor's slip in rad/s.
+    /// Smoothed speed of that angle in rad/s.
     speed_rad_s: T,
     /// Ticks since that has been slow.
     slow_ticks: u32,
-    /// Whether its load has been taken over since it moved.
+    /// Whether its load has been taken over since it moved, and whether it has ever been.
     pub(super) is_weighed: bool,
+    was_weighed: bool,
 }
 
 impl<T: Real> Timing<T> {
@@ -104,12 +107,14 @@ impl<T: Real> FloatJoint<T> {
         JointState {
             angle_rad,
             anchor_rad: angle_rad,
+            play_rad: angle_rad,
             strength_nm: self.firm_nm(),
             scale: T::zero(),
             trim_nm: beyond_nm.clamp(-most_nm, most_nm),
             speed_rad_s: T::zero(),
             slow_ticks: timing.rest_ticks,
             is_weighed: false,
+            was_weighed: false,
         }
     }
 
@@ -135,7 +140,7 @@ impl<T: Real> FloatJoint<T> {
         let stretch_nm = stiffness * (memory.anchor_rad - angle_rad);
         let [least_nm, most_nm] = self.strengths(memory);
         let mut load_nm = stretch_nm.clamp(least_nm, most_nm);
-        memory.note_slip(timing, (load_nm - stretch_nm) / stiffness);
+        memory.note_motion(timing);
         self.strengthen(timing, memory);
         load_nm -= self.weigh(timing, memory, gravity_nm, load_nm);
         memory.anchor_rad = angle_rad + load_nm / stiffness;
@@ -175,7 +180,9 @@ impl<T: Real> FloatJoint<T> {
         let goal_nm = match (is_resting, memory.is_weighed) {
             (true, false) => self.firm_nm(),
             (true, true) => self.light_nm * T::lit(HELD_RATIO),
-            (false, _) => self.light_nm,
+            (false, _) if memory.was_weighed => self.light_nm,
+            // An error of its weight sets it off before the first time.
+            (false, _) => self.firm_nm(),
         };
         let share = if is_resting {
             timing.strength_share
@@ -197,6 +204,7 @@ impl<T: Real> FloatJoint<T> {
         let is_resting = memory.is_resting(timing);
         let is_light = load_nm.abs() < self.light_nm / T::lit(2.0);
         memory.is_weighed |= is_light && memory.slow_ticks >= timing.weighed_ticks;
+        memory.was_weighed |= memory.is_weighed;
         let nm_s = if is_resting && !memory.is_weighed {
             load_nm * T::lit(TRANSFER_PER_S)
         } else {
@@ -224,18 +232,21 @@ impl<T: Real> JointState<T> {
         self.slow_ticks >= timing.rest_ticks
     }
 
-    /// Takes the slip of this tick, in rad.
-    fn note_slip(&mut self, timing: &Timing<T>, slip_rad: T) {
-        self.speed_rad_s += (slip_rad / timing.period_s - self.speed_rad_s) * timing.speed_share;
+    /// Takes the angle of this tick.
+    fn note_motion(&mut self, timing: &Timing<T>) {
+        let (before_rad, reach) = (self.play_rad, T::lit(REACH_RAD));
+        self.play_rad = before_rad.clamp(self.angle_rad - reach, self.angle_rad + reach);
+        let way_rad = self.play_rad - before_rad;
+        self.speed_rad_s += (way_rad / timing.period_s - self.speed_rad_s) * timing.speed_share;
         self.slow_ticks = if self.speed_rad_s.abs() < T::lit(REST_RAD_S) {
             self.slow_ticks.saturating_add(1)
         } else {
             self.is_weighed = false;
             0
         };
-        let drives = self.trim_nm * slip_rad > T::zero();
+        let drives = self.trim_nm * way_rad > T::zero();
         if drives && !self.is_resting(timing) {
-            self.trim_nm -= self.trim_nm * (slip_rad.abs() / T::lit(FADE_RAD)).min(T::one());
+            self.trim_nm -= self.trim_nm * (way_rad.abs() / T::lit(FADE_RAD)).min(T::one());
         }
     }
 }

@@ -16,19 +16,21 @@
 //! # Virtual dry friction
 //!
 //! A spring from the joint to an anchor, which slips when the load is more than the strength of
-//! the friction (Prandtl's element). It holds without creep, and needs no estimated speed: `v` is
-//! the speed of the slip. It gives back what its spring has stored and no more.
+//! the friction (Prandtl's element). It holds without creep, and gives back what its spring has
+//! stored and no more. Nor is `v` an estimated speed: it is that of the angle without reversals of
+//! less than twice [`REACH_RAD`].
 //!
 //! | joint                             | strength                                            |
 //! |-----------------------------------|-----------------------------------------------------|
 //! | at rest, not yet weighed          | firm: [`FIRM_SHARE`] of its weight                  |
 //! | at rest, weighed                  | [`HELD_RATIO`] times light                          |
+//! | in motion, before it has been weighed the first time | firm                             |
 //! | in motion                         | light: [`LIGHT_SHARE`] of its weight, or [`LIGHT_DRY_SHARE`] of its dry friction, if that is more |
 //! | beyond [`END_RAD`], moving outward | firm                                               |
 //!
 //! # Weighing
 //!
-//! A joint rests when it has slipped slower than [`REST_RAD_S`] for [`REST_S`]. The load of `F` is
+//! A joint rests when it has moved slower than [`REST_RAD_S`] for [`REST_S`]. The load of `F` is
 //! then taken over at a rate of [`TRANSFER_PER_S`]: anchor and torques change together, so that
 //! their sum stays what it is, and nothing moves. Part of the load becomes the scale `s` of the
 //! joint's gravity, which goes with the arm wherever it is led; the rest is the trim `t` of this
@@ -36,7 +38,7 @@
 //! [`CORRECTION_SHARE`] of the joint's weight. The load of a hand that holds the arm at rest is
 //! taken over, too, and fades in the same way.
 //!
-//! In motion the trim grows against the slip by [`CATCH_NM_S`]: an error of the weight that dry
+//! In motion the trim grows against it by [`CATCH_NM_S`]: an error of the weight that dry
 //! friction has hidden sets off no motion that lasts.
 //!
 //! # Passivity

@@ -20,6 +20,10 @@ fn works(dry_nm: f64, viscous: [f64; 2], phase: f64) -> Vec<(f64, f64)> {
         Vector2::new(angle(t, 2.0 + 0.1 * phase), angle(t, 3.1 - 0.2 * phase))
     };
     let mut memory = float.begin(&arm, &State::at_rest(at(0)), None);
+    // Weighed before the motion begins.
+    for _ in 0..2_000 {
+        float.torque(&mut memory, &arm, &State::at_rest(at(0)));
+    }
     let (mut work, mut allowed) = (0.0, 0.0);
     let ticks = 1..20_000;
     let works = ticks.map(|tick| {
@@ -105,7 +109,8 @@ fn a_load_is_taken_over_without_a_step() {
         .map(|_| float.torque(&mut memory, &arm, &away).torque_nm)
         .collect();
     for two in torques[100..].windows(2) {
-        assert!((two[1] - two[0]).amax() < 1e-4, "{two:?}");
+        // A quarter of a PWM count.
+        assert!((two[1] - two[0]).amax() < 3e-4, "{two:?}");
     }
     let joints = memory.joints;
     assert!(joints.iter().all(|joint| joint.is_weighed), "{joints:?}");
