@@ -47,7 +47,7 @@ fn a_reset_of_stock_servos_is_noticed_within_100_ms() {
         let is_late = case.injections.iter().all(|it| it.origin == Origin::Ready);
         let is_fast = case.servos() == Firmware::Stock && case.set_up.period_us <= 2_000;
         if is_fast && is_late && case.activity.is_driven() {
-            let detected_ms = fault_campaign::run(seed).detected_ms;
+            let detected_ms = fault_campaign::run(&case).detected_ms;
             assert!(
                 detected_ms.is_some_and(|ms| ms < 100.0),
                 "seed {seed}: {detected_ms:?} ms"
@@ -64,14 +64,14 @@ fn servos_are_found_again_after_an_echo_has_ended() {
     for seed in [832, 859, 1_296, 1_847, 2_456] {
         let case = Case::new(seed);
         assert!(case.has("echo-on".parse().unwrap()), "{seed}");
-        assert_eq!(fault_campaign::run(seed).failures, [""; 0], "{seed}");
+        assert_eq!(fault_campaign::run(&case).failures, [""; 0], "{seed}");
     }
 }
 
 /// Runs these cases, none of which violates a requirement or has an unexpected fault.
 fn assert_right(seeds: impl IntoIterator<Item = u64>) {
     for seed in seeds {
-        let outcome = fault_campaign::run(seed);
+        let outcome = fault_campaign::run(&Case::new(seed));
         assert_eq!(outcome.failures, [""; 0], "{seed}");
         assert!(outcome.is_fault_expected, "{seed}: {:?}", outcome.fault);
     }
@@ -137,13 +137,14 @@ fn a_seed_is_the_same_case_whenever_it_is_run() {
     ];
     for name in kinds {
         let seed = singles(name).next().unwrap();
-        let (outcome, story) = fault_campaign::run_with_trace(seed);
+        let case = Case::new(seed);
+        let (outcome, story) = fault_campaign::run_with_trace(&case);
         assert_eq!(
             (outcome.clone(), story.clone()),
-            fault_campaign::run_with_trace(seed)
+            fault_campaign::run_with_trace(&case)
         );
-        assert_eq!(outcome, fault_campaign::run(seed));
-        for injection in Case::new(seed).injections {
+        assert_eq!(outcome, fault_campaign::run(&case));
+        for injection in case.injections {
             let name = injection.kind.name();
             assert!(story.matches(name).count() >= 2, "{name}: {story}");
         }

@@ -13,7 +13,7 @@ use armbridge_sim::fault_campaign::{self, Case, Kind, Outcome, Report, run_with_
 /// If one of them, of a kind that boards detect, violates a requirement.
 pub fn campaign(seeds: impl IntoIterator<Item = u64>) -> (Vec<Outcome>, Report) {
     let seeds: Vec<u64> = seeds.into_iter().collect();
-    let run = |seed| Ok::<_, Infallible>(fault_campaign::run(seed));
+    let run = |seed| Ok::<_, Infallible>(fault_campaign::run(&Case::new(seed)));
     let outcomes = for_seeds(&seeds, run, |_| ()).unwrap();
     let report = Report::new(&outcomes);
     let holds = report.holds_for_detected_kinds();
@@ -49,11 +49,12 @@ pub fn is_in_log(case: &Case) -> bool {
 /// Replays the case of this seed; how many ticks were compared, of how many. None, if they
 /// are not [in the log](is_in_log).
 pub fn replay(seed: u64) -> (u64, u64) {
-    if !is_in_log(&Case::new(seed)) {
+    let case = Case::new(seed);
+    if !is_in_log(&case) {
         return (0, 0);
     }
     let mut player = Replayer::new(Changes::default()).unwrap();
-    let _ = run_with_events(seed, |event| {
+    let _ = run_with_events(&case, |event| {
         player.take(&event).unwrap();
     });
     let report = player.finish().unwrap();

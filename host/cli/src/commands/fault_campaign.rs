@@ -9,7 +9,7 @@ use armbridge_analysis::progress::Progress;
 use armbridge_client::{ctrl_c, stdio};
 use armbridge_servo::Firmware;
 use armbridge_sim::fault_campaign;
-use armbridge_sim::fault_campaign::{Case, Kind, Report};
+use armbridge_sim::fault_campaign::{Activity, Case, Kind, Report};
 use clap::{Args, ValueEnum};
 
 use super::Outcome;
@@ -23,8 +23,10 @@ Examples:
   armbridge fault-campaign --seeds 5000 --kinds servo-reset,servo-deaf
   armbridge fault-campaign --seed 17
   armbridge fault-campaign --servos stock
+  armbridge fault-campaign --seeds 5000 --activity float
 
-An even seed is one fault, an odd one a pair. A motor counts as on while it is
+An even seed is one fault, an odd one a pair. What the board does follows from the
+seed too, but --activity gives it to all: only so the arm floats. A motor counts as on while it is
 driven in a mode that must not drive it and its servo can be reached. Contact is
 the speed at which the arm meets the table, far the time for which it is driven
 0.5 rad from its reference. The exit code is 1 if a case failed, whether boards
@@ -56,6 +58,9 @@ pub(crate) struct FaultCampaignArgs {
     /// Run only seeds with servos of this firmware.
     #[arg(long, value_enum, conflicts_with = "seed")]
     pub(crate) servos: Option<ServosName>,
+    /// The board does this in every case, instead of what the seed has it do.
+    #[arg(long, value_name = "ACTIVITY")]
+    pub(crate) activity: Option<Activity>,
     /// Print one JSON object instead of the table.
     #[arg(long)]
     pub(crate) json: bool,
@@ -101,7 +106,8 @@ fn seeds(text: &str) -> Result<Range<u64>, String> {
 pub(crate) fn run(args: &FaultCampaignArgs) -> Outcome {
     ctrl_c::listen()?;
     let (outcomes, seeds, text) = if let Some(seed) = args.seed {
-        let (outcome, story) = fault_campaign::run_with_trace(seed);
+        let case = Case::with_activity(seed, args.activity);
+        let (outcome, story) = fault_campaign::run_with_trace(&case);
         (vec![outcome], 1, Some(story))
     } else {
         let (outcomes, seeds) = campaign(args);
@@ -132,14 +138,17 @@ fn campaign(args: &FaultCampaignArgs) -> (Vec<fault_campaign::Outcome>, usize) {
     let servos: Option<Firmware> = args.servos.map(Into::into);
     let is_wanted = |seed: &u64| {
         let is_kind = |kind| args.kinds.is_empty() || args.kinds.contains(&kind);
-        let case = Case::new(*seed);
+        let case = Case::with_activity(*seed, args.activity);
         let mut injections = case.injections.iter();
         servos.is_none_or(|servos| case.servos() == servos)
             && injections.all(|injection| is_kind(injection.kind))
     };
     let seeds: Vec<u64> = args.seeds.clone().filter(is_wanted).collect();
     let progress = Progress::new(seeds.len() as f64, args.quiet || args.json);
-    let one = |seed| Ok::<_, Infallible>(fault_campaign::run(seed));
+    let one = |seed| {
+        let case = Case::with_activity(seed, args.activity);
+        Ok::<_, Infallible>(fault_campaign::run(&case))
+    };
     let outcomes = monte_carlo::for_seeds(&seeds, one, |done| progress.set_position(done as f64));
     progress.finish();
     let outcomes = outcomes.unwrap_or_else(|never| match never {});

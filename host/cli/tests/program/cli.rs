@@ -46,6 +46,7 @@ fn wrong_arguments_say_what_is_right() {
         (&["trials", "--reference", "sine:9,9,1"], "sine:A1,A2,HZ"),
         (&["trials", "--best", "--estimator", "kalman"], "--best"),
         (&["fault-campaign", "--kinds", "gremlins"], "servo-deaf"),
+        (&["fault-campaign", "--activity", "tango"], "float"),
     ] {
         assert_fails(&program.run(args), &[words, "--help"]);
     }

@@ -1,5 +1,8 @@
 //! Activities: the board's work when a fault comes.
 
+use std::str::FromStr;
+
+use armbridge_control::controller::float;
 use armbridge_control::experiment::Signal;
 use armbridge_control::trajectory::WAYPOINTS_MAX;
 use armbridge_link::experiment::{Experiment, Role};
@@ -42,11 +45,13 @@ pub enum Activity {
     Port,
     /// The servos are still searched; then the board regulates.
     BringUp,
+    /// The arm is weightless. Never drawn: the seeds of all others stay as they are.
+    Float,
 }
 
 impl Activity {
-    /// All activities.
-    pub const ALL: [Self; 12] = [
+    /// Those that seeds draw.
+    pub const DRAWN: [Self; 12] = [
         Self::Regulate,
         Self::Sine,
         Self::MinimumJerk,
@@ -60,6 +65,11 @@ impl Activity {
         Self::Port,
         Self::BringUp,
     ];
+
+    /// All activities.
+    pub fn all() -> impl Iterator<Item = Self> {
+        Self::DRAWN.into_iter().chain([Self::Float])
+    }
 
     /// Name in tables.
     pub const fn name(self) -> &'static str {
@@ -76,6 +86,7 @@ impl Activity {
             Self::Save => "save",
             Self::Port => "port",
             Self::BringUp => "bring-up",
+            Self::Float => "float",
         }
     }
 
@@ -91,7 +102,17 @@ impl Activity {
 
     /// Whether a controller closes the loop of both joints.
     pub fn is_closed(self) -> bool {
-        self.is_driven() && !matches!(self, Self::Torque | Self::Experiment)
+        self.is_driven() && !matches!(self, Self::Torque | Self::Experiment | Self::Float)
+    }
+
+    /// Whether the arm stays where it is without friction.
+    pub(super) fn is_balanced(self) -> bool {
+        self.is_closed() || self == Self::Float
+    }
+
+    /// Whether boards with ticks of this period do it.
+    pub(super) fn permits(self, period_us: u32) -> bool {
+        self != Self::Float || period_us <= float::PERIOD_MAX_US
     }
 
     /// Whether an obstacle may be in the arm's way without a fault.
@@ -135,8 +156,29 @@ impl Activity {
             Self::Torque if is_obstructed => Command::Torque([PRESSING_NM; JOINTS]),
             Self::Torque => Command::Torque([SMALL_NM; JOINTS]),
             Self::Experiment => Command::Experiment(experiment(draw)),
+            Self::Float => Command::Float,
             Self::Armed | Self::Idle | Self::Save | Self::Port | Self::Stream => return None,
         })
+    }
+}
+
+/// There is no activity of this name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no activity `{0}`; there are: {all}", all = names())]
+pub struct UnknownActivity(String);
+
+fn names() -> String {
+    let names: Vec<&str> = Activity::all().map(Activity::name).collect();
+    names.join(", ")
+}
+
+impl FromStr for Activity {
+    type Err = UnknownActivity;
+
+    fn from_str(text: &str) -> Result<Self, UnknownActivity> {
+        let mut all = Self::all();
+        all.find(|activity| activity.name() == text)
+            .ok_or_else(|| UnknownActivity(text.to_owned()))
     }
 }
 

@@ -17,6 +17,7 @@ use super::draw::Random;
 use super::expect::STOP_US;
 use super::injection::{Injection, Origin, draw_injection};
 use super::kind::Kind;
+use super::lead::LED_US;
 use super::set_up::{Bus, SetUp};
 use crate::plant::PlantConfig;
 
@@ -73,14 +74,22 @@ pub struct Case {
     pub injections: Vec<Injection>,
     /// Standard deviation of the encoders' noise, in counts.
     pub noise_counts: f64,
+    /// A hand leads the arm to its target angles and the opposite ones, to and fro, from where it
+    /// began; faults come meanwhile.
+    pub is_led: bool,
 }
 
 impl Case {
     /// The case of a seed.
     pub fn new(seed: u64) -> Self {
+        Self::with_activity(seed, None)
+    }
+
+    /// The case of a seed, with this work of the board instead of the drawn one.
+    pub fn with_activity(seed: u64, activity: Option<Activity>) -> Self {
         let mut draw = Random::new(seed);
         let index = seed / 2;
-        let activities = Activity::ALL.len() as u64;
+        let activities = Activity::DRAWN.len() as u64;
         let (kinds, rounds) = if seed.is_multiple_of(2) {
             let kinds = Kind::ALL.len() as u64;
             // Neighbours in one round have other activities as well.
@@ -93,13 +102,15 @@ impl Case {
             // The next occurrence of a pair has another activity.
             (vec![a, b], 2 * (index / pairs) + index)
         };
-        let activity = Activity::ALL[(rounds % activities) as usize];
-        let buses: Vec<Bus> = Bus::all().collect();
+        let drawn = Activity::DRAWN[(rounds % activities) as usize];
+        let activity = activity.unwrap_or(drawn);
+        let can_do = |bus: &Bus| !bus.set_ups(activity).is_empty();
+        let buses: Vec<Bus> = Bus::all().filter(can_do).collect();
         let bus = buses[draw.below(buses.len() as u64) as usize];
-        let set_ups = bus.set_ups();
+        let set_ups = bus.set_ups(activity);
         let set_up = set_ups[draw.below(set_ups.len() as u64) as usize];
         // Without a closed loop only friction holds the arm.
-        let holds = !activity.is_closed();
+        let holds = !activity.is_balanced();
         let reach = if holds { 0.02 } else { 0.2 };
         let mut angles = |reach: f64| [0; JOINTS].map(|_| draw.uniform(-reach, reach));
         let (initial_rad, to_rad) = (angles(reach), angles(0.25).map(|q| q as f32));
@@ -124,23 +135,34 @@ impl Case {
             };
             injections.push(draw_injection(kind, origin, after_us, &mut draw));
         }
+        let friction = draw.coin() || holds;
+        let is_obstructed = draw.coin() && activity.can_press();
+        // Other limits are set by the host, where it sets any.
+        let is_tight = draw.below(4) == 0
+            && activity != Activity::Port
+            && injections.iter().all(|it| it.kind != Kind::FlashRot);
+        let is_cleared = draw.coin();
+        // The last draws: another distribution of them changes nothing else of a case.
+        let noise_counts = draw_noise_counts(&mut draw);
+        let is_led = draw.coin() && activity == Activity::Float;
+        let late = injections
+            .iter_mut()
+            .filter(|it| is_led && it.origin == Origin::Ready);
+        late.for_each(|it| it.after_us += LED_US);
         Self {
             seed,
             bus,
             set_up,
             activity,
-            friction: draw.coin() || holds,
-            is_obstructed: draw.coin() && activity.can_press(),
-            // Other limits are set by the host, where it sets any.
-            is_tight: draw.below(4) == 0
-                && activity != Activity::Port
-                && injections.iter().all(|it| it.kind != Kind::FlashRot),
-            is_cleared: draw.coin(),
+            friction,
+            is_obstructed,
+            is_tight,
+            is_cleared,
             initial_rad,
             to_rad,
             injections,
-            // The last draw: another distribution of it changes nothing else of a case.
-            noise_counts: draw_noise_counts(&mut draw),
+            noise_counts,
+            is_led,
         }
     }
 
@@ -241,12 +263,14 @@ impl Case {
     ///
     /// On a slow bus it may take longer: two ticks, and twice a stop sequence and the rest of
     /// the longest packet that a servo may have been cut off in. Where a client may have set servos
-    /// to any speed, the board tries all of them, and a stop sequence at the slowest may be under
+    /// to any speed, or a board that has restarted has not been heard at the right one because of
+    /// another fault, it tries all of them, and a stop sequence at the slowest may be under
     /// way when the bus comes back.
     pub fn stop_us(&self) -> u64 {
         let bytes_us = |bytes: u64, baud: u32| bytes * 10_000_000 / u64::from(baud);
         let own_us = bytes_us(2 * (STOP_BYTES + REST_BYTES), self.bus.baud);
-        let search_us = if self.has_client() {
+        let is_rate_lost = self.has(Kind::BrownOut) && self.injections.len() > 1;
+        let search_us = if self.has_client() || is_rate_lost {
             bytes_us(STOP_BYTES, SLOWEST_BAUD)
         } else {
             0
@@ -281,6 +305,7 @@ impl Case {
             Kind::EncoderDrift => OBSERVATION_DRIFT_US,
             Kind::Hot => OBSERVATION_SLOW_US + self.poll_us(),
             Kind::HostHeartbeats => OBSERVATION_SLOW_US,
+            Kind::Frozen if self.activity == Activity::Float => OBSERVATION_SLOW_US,
             Kind::Frozen => OBSERVED_TICKS * period_us,
             _ => OBSERVATION_US,
         };
@@ -315,61 +340,4 @@ fn pair(index: u64) -> (Kind, Kind, u64) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use std::collections::HashMap;
-
-    #[test]
-    fn kinds_pairs_and_activities_take_turns() {
-        let kinds = Kind::ALL.len();
-        let pairs_count = kinds * (kinds - 1) / 2;
-        let mut singles = HashMap::new();
-        let mut pairs = HashMap::new();
-        for seed in 0..24 * pairs_count as u64 {
-            let case = Case::new(seed);
-            match case.injections.as_slice() {
-                [only] => *singles.entry((only.kind, case.activity)).or_insert(0) += 1,
-                [a, b] => {
-                    let mut names = [a.kind.name(), b.kind.name()];
-                    names.sort_unstable();
-                    *pairs.entry((names, case.activity)).or_insert(0) += 1;
-                }
-                _ => panic!("{case:?}"),
-            }
-        }
-        assert_eq!((singles.len(), pairs.len()), (kinds * 12, pairs_count * 12));
-        let of_each = pairs_count / kinds;
-        assert!(
-            singles
-                .values()
-                .all(|n| (of_each..=of_each + 1).contains(n))
-        );
-        assert!(pairs.values().all(|cases| *cases == 1));
-    }
-
-    #[test]
-    fn a_case_depends_on_its_seed_alone_and_comes_to_every_set_up() {
-        let mut set_ups = HashMap::new();
-        let mut early = 0;
-        for seed in 0..4_000 {
-            let case = Case::new(seed);
-            assert_eq!(case, Case::new(seed));
-            *set_ups
-                .entry(format!("{:?} {:?}", case.bus, case.set_up))
-                .or_insert(0) += 1;
-            let begins = |origin| case.injections.iter().any(|i| i.origin == origin);
-            early += usize::from(begins(Origin::PowerUp));
-            let latest_us = case.injections.iter().map(|i| i.after_us).max();
-            assert!(latest_us < Some(4_200_000));
-        }
-        let all: usize = Bus::all()
-            .map(|bus| (bus.set_ups().len(), bus))
-            .fold((0, None), |(sum, last), (len, bus)| match last {
-                Some(before) if before == bus => (sum, last),
-                _ => (sum + len, Some(bus)),
-            })
-            .0;
-        assert_eq!(set_ups.len(), all);
-        assert!(early > 4_000 / 8, "{early}");
-    }
-}
+mod tests;

@@ -14,6 +14,7 @@ use super::client::Client;
 use super::driver::Driver;
 use super::expect::STOP_US;
 use super::kind::Kind;
+use super::lead::{LED_US, lead};
 use super::reach::Reach;
 use super::second_master::SecondMaster;
 use super::watch::MonitoredBoard;
@@ -44,6 +45,8 @@ pub(super) struct Fixture<'a> {
     pub(super) case: Case,
     pub(super) is_swapped: bool,
     pub(super) is_fault_free: bool,
+    /// Time in µs from which on a hand leads the arm.
+    pub(super) led_us: Option<u64>,
     /// Time of a stop that waits for the client, in µs.
     pub(super) stop_us: Option<u64>,
 }
@@ -81,6 +84,7 @@ impl<'a> Fixture<'a> {
             case: case.clone(),
             is_swapped: false,
             is_fault_free: true,
+            led_us: None,
             stop_us: None,
         })
     }
@@ -133,6 +137,18 @@ impl<'a> Fixture<'a> {
                 self.reach.busy(servo, now_us);
             }
         }
+    }
+
+    /// Has a hand lead the arm, from a time on.
+    pub(super) fn lead(&mut self) {
+        let now_us = self.now_us();
+        self.led_us = Some(now_us + LED_US);
+        self.cosim.bench.lead(&lead(&self.case, now_us));
+    }
+
+    /// Whether nothing has touched the arm yet, and nothing is wrong.
+    pub(super) fn is_undisturbed(&self) -> bool {
+        self.is_fault_free && self.led_us.is_none_or(|led_us| self.now_us() < led_us)
     }
 
     /// Stops the client, by the switch or by the host.

@@ -239,13 +239,14 @@ impl Kind {
         )
     }
 
-    /// Whether it keeps the host's bytes from the board.
+    /// Whether it may keep the host's bytes from the board: garbage before a frame damages it.
     pub(super) fn is_of_link(self) -> bool {
         matches!(
             self,
             Self::HostVanish
                 | Self::HostStall
                 | Self::HostFlood
+                | Self::HostGarbage
                 | Self::HostSchema
                 | Self::HostReplay
         )

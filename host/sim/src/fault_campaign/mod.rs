@@ -3,8 +3,8 @@
 //!
 //! A case depends only on its seed: a failing one can be repeated to the bit. It is drawn
 //! over servo firmware, speed of the bus, period, estimator and controller ([`SetUp`]), over
-//! the board's work ([`Activity`]), and over the time of the fault, from power-up to seconds
-//! later. Requirements on every case:
+//! the board's work ([`Activity`]), which may be [given](Case::with_activity) instead, and over
+//! the time of the fault, from power-up to seconds later. Requirements on every case:
 //!
 //! * no panic, and no hang;
 //! * no PWM beyond the limits on the wire, or at a motor while packets arrive intact;
@@ -17,7 +17,8 @@
 //!   a second master, a packet may switch a motor on again, until the next tick switches
 //!   it off;
 //! * the true arm is not driven or pressed against the table or a stop, nor thrown against it, nor
-//!   driven far from its reference or, by the motor check, from where it was (`truth`);
+//!   driven far from its reference or, by the motor check, from where it was; one that floats
+//!   stays where it is (`truth`);
 //! * no motor is on that the board reports as off (`off_report`), and its output for a relay
 //!   cuts the servos' supply whenever it must, and only then (`supply`);
 //! * a goodbye or a hello ends the session that armed;
@@ -38,6 +39,7 @@
 //! | `expect`, `requirement` | expected faults of each kind, and whether there must be one |
 //! | `driver`, `stream_path`, `invalid_commands`, `client`, `second_master` | host, client of the transparent port, another master |
 //! | `fixture`, `inject` | board, bench and host, and the injection of a fault |
+//! | `lead`     | a hand that leads an arm that floats              |
 //! | `reach`    | times in which servos cannot be reached           |
 //! | `watch`    | monitors the bytes that the board sends           |
 //! | `oracle`, `truth` | run a case, check the requirements, and those on the true arm |
@@ -56,6 +58,7 @@ mod inject;
 mod injection;
 mod invalid_commands;
 mod kind;
+mod lead;
 mod off_report;
 mod oracle;
 mod outcome;
@@ -72,7 +75,7 @@ mod trace;
 mod truth;
 mod watch;
 
-pub use activity::Activity;
+pub use activity::{Activity, UnknownActivity};
 pub use case::Case;
 pub use expect::STOP_US;
 pub use injection::{Injection, Origin};

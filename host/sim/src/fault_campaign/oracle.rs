@@ -125,6 +125,9 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
         }
         let is_ready = self.run_until(READY_US, |runner| runner.fixture.is_working());
         let ready_us = self.fixture.now_us();
+        if is_ready && self.case.is_led {
+            self.fixture.lead();
+        }
         let text = if is_ready {
             "the activity runs"
         } else {

@@ -87,7 +87,7 @@ impl Report {
         let is_wrong = |outcome: &&Outcome| outcome.is_single() && !outcome.is_fault_expected;
         let guarded = || outcomes.iter().filter(|outcome| outcome.is_guarded);
         let unguarded = || outcomes.iter().filter(|outcome| !outcome.is_guarded);
-        let activities = Activity::ALL.into_iter().map(|activity| {
+        let activities = Activity::all().map(|activity| {
             let cases = outcomes.iter().filter(|it| it.activity == activity);
             Row::new(activity.name().into(), cases)
         });

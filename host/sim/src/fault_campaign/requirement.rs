@@ -88,6 +88,7 @@ fn when_ready(injection: &Injection, case: &Case) -> FaultExpectation {
     } = *injection;
     let is_armed = case.activity.is_armed();
     let is_closed = case.activity.is_closed();
+    let is_balanced = case.activity.is_balanced();
     let required_if = |condition| if condition { Required } else { Allowed };
     let lasting = |tolerated_us, detected_us| match lasts_us {
         _ if lasts_us < tolerated_us => Forbidden,
@@ -125,10 +126,10 @@ fn when_ready(injection: &Injection, case: &Case) -> FaultExpectation {
             let drift_counts = amount.abs() * case.observation_us() as f64 * 1e-6;
             required_if(is_closed && drift_counts > DRIFT_COUNTS)
         }
-        Kind::TorqueSign | Kind::SwappedFirst => required_if(is_closed),
-        // Where no controller holds the joint only the missing noise shows.
+        Kind::TorqueSign | Kind::SwappedFirst => required_if(is_balanced),
+        // Where no controller or float holds the joint only the missing noise shows.
         Kind::Frozen => {
-            required_if(is_closed || (is_armed && case.noise_counts > RUN_NOISE_COUNTS))
+            required_if(is_balanced || (is_armed && case.noise_counts > RUN_NOISE_COUNTS))
         }
         Kind::HostReplay
         | Kind::EchoOn

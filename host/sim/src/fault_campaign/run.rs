@@ -1,4 +1,4 @@
-//! Runs of a case, by its seed.
+//! Runs of a case.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -11,22 +11,21 @@ use super::oracle::CaseRunner;
 use super::outcome::Outcome;
 use super::trace::Trace;
 
-/// Runs the case of this seed.
-pub fn run(seed: u64) -> Outcome {
-    run_case(&Case::new(seed), &mut Trace::off(), None)
+/// Runs a case.
+pub fn run(case: &Case) -> Outcome {
+    run_case(case, &mut Trace::off(), None)
 }
 
 /// The same; `on_event` takes the messages on the link as they pass the board.
-pub fn run_with_events(seed: u64, mut on_event: impl FnMut(Event)) -> Outcome {
-    run_case(&Case::new(seed), &mut Trace::off(), Some(&mut on_event))
+pub fn run_with_events(case: &Case, mut on_event: impl FnMut(Event)) -> Outcome {
+    run_case(case, &mut Trace::off(), Some(&mut on_event))
 }
 
 /// The same, with the case as text.
-pub fn run_with_trace(seed: u64) -> (Outcome, String) {
+pub fn run_with_trace(case: &Case) -> (Outcome, String) {
     let mut trace = Trace::default();
-    let case = Case::new(seed);
-    trace.begin(&case);
-    let outcome = run_case(&case, &mut trace, None);
+    trace.begin(case);
+    let outcome = run_case(case, &mut trace, None);
     trace.end(&outcome);
     (outcome, trace.text())
 }

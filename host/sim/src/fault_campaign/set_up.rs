@@ -12,6 +12,8 @@ use armbridge_servo::master::timing::tick_us;
 use armbridge_servo::{Firmware, JOINTS};
 use serde::Serialize;
 
+use super::activity::Activity;
+
 /// Estimator and controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -84,11 +86,12 @@ impl Bus {
             .flat_map(|(servos, baud, share)| std::iter::repeat_n(Self { servos, baud }, share))
     }
 
-    /// The set-ups that it is fast enough for.
-    pub(super) fn set_ups(self) -> Vec<SetUp> {
+    /// The set-ups that it is fast enough for, and that this work of the board permits.
+    pub(super) fn set_ups(self, activity: Activity) -> Vec<SetUp> {
         let least_us = tick_us(self.servos, self.baud, Readiness::Prepared);
-        let is_slow_enough = |set_up: &SetUp| set_up.period_us >= least_us;
-        SET_UPS.into_iter().filter(is_slow_enough).collect()
+        let is_possible =
+            |set_up: &SetUp| set_up.period_us >= least_us && activity.permits(set_up.period_us);
+        SET_UPS.into_iter().filter(is_possible).collect()
     }
 }
 
@@ -163,8 +166,8 @@ mod tests {
                 ..Settings::default()
             };
             assert_eq!(settings_refusal(&settings), None, "{set_up:?}");
-            assert!(Bus::all().any(|bus| bus.set_ups().contains(&set_up)));
+            assert!(Bus::all().any(|bus| bus.set_ups(Activity::Idle).contains(&set_up)));
         }
-        assert!(Bus::all().all(|bus| bus.set_ups().len() >= 3));
+        assert!(Bus::all().all(|bus| bus.set_ups(Activity::Idle).len() >= 3));
     }
 }

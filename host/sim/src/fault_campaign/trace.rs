@@ -50,8 +50,9 @@ impl Trace {
         } else {
             ""
         };
+        let led = if case.is_led { ", led by a hand" } else { "" };
         self.line(&format!(
-            "seed {}: {}, {}, {}, {friction} friction, noise of {:.2} counts{limits}{obstacles}",
+            "seed {}: {}, {}, {}, {friction} friction, noise of {:.2} counts{limits}{obstacles}{led}",
             case.seed,
             case.activity.name(),
             case.bus,

@@ -13,11 +13,21 @@
 //! is computed once, from the plant without friction, and compared with the kinetic and
 //! potential energy at each impact.
 //!
+//! A hand may lead an arm that floats to a stop, and one whose encoder drifts sinks there as if a
+//! hand led it: the board cannot tell the two apart. So this arm may be lowered onto a stop, with a
+//! torque away from it, at [`LOWERED_RAD_S`] at most; the report has the speed of the contact.
+//!
 //! # Distance
 //!
 //! While a reference drives the motors, no joint may be further than [`FAR_RAD`] from it for
 //! more than [`FAR_US`]. The motor check may move no joint by more than [`CHECK_RAD`]: no
 //! motion has been commanded then.
+//!
+//! # Rest
+//!
+//! An arm that floats has no reference, and a hand may take it anywhere. But before a hand, a push
+//! or a fault comes, it stays: from [`WEIGHED_US`] on no joint may be further from where it was
+//! then than [`SHAKE_RAD`], or [`PROOF_RAD`], and [`DRIFT_RAD_S`] for each second.
 //!
 //! # Exempt
 //!
@@ -34,6 +44,7 @@ use super::case::Case;
 use super::fixture::Fixture;
 use super::kind::Kind;
 use super::outcome::Outcome;
+use crate::plant::Impact;
 
 /// Distance from the reference, in rad, at which the arm is elsewhere.
 const FAR_RAD: f64 = 0.5;
@@ -45,6 +56,18 @@ const PRESS_NM: f64 = 0.06;
 const PRESS_US: u64 = 50_000;
 /// Distance in rad for which an arm whose motors are checked needs room.
 const CHECK_RAD: f64 = 0.15;
+/// Time in µs after which an arm that floats has been weighed.
+const WEIGHED_US: u64 = 1_500_000;
+/// Distance in rad by which noise may move such an arm, three counts, and its drift in rad/s: two
+/// counts a second.
+const SHAKE_RAD: f64 = 0.015;
+const DRIFT_RAD_S: f64 = 0.01;
+/// The distance where an encoder without noise has to prove itself: at 5 ms a joint has moved by up
+/// to seven counts before the ramps end.
+const PROOF_RAD: f64 = 0.04;
+/// Largest speed in rad/s at which an arm that floats may be lowered onto a stop: it is braked
+/// beyond.
+const LOWERED_RAD_S: f64 = 1.5;
 /// Time in µs after which nothing follows any more from a servo that could not be reached.
 const AFTERMATH_US: u64 = 2_000_000;
 /// Share by which an energy may exceed its bound: the integration's error.
@@ -68,6 +91,10 @@ pub(super) struct Truth {
     pressed_since_us: [Option<u64>; JOINTS],
     /// Angles in rad at which the motor check began.
     check_rad: Option<[f64; JOINTS]>,
+    /// Time in µs since when the arm floats, and its angles in rad once it has been weighed.
+    floats_since_us: Option<u64>,
+    rest_rad: Option<[f64; JOINTS]>,
+    shake_rad: f64,
     /// Contact was asked for.
     is_contact_meant: bool,
     /// The arm is pushed.
@@ -85,6 +112,13 @@ impl Truth {
             stops_rad: case.plant().stops_rad,
             pressed_since_us: [None; JOINTS],
             check_rad: None,
+            floats_since_us: None,
+            rest_rad: None,
+            shake_rad: if case.noise_counts > 0.0 {
+                SHAKE_RAD
+            } else {
+                PROOF_RAD
+            },
             is_contact_meant: case.is_obstructed || is_handed_over,
             is_pushed: case.has(Kind::Push),
         }
@@ -105,6 +139,7 @@ impl Truth {
         self.check_pressure(fixture, outcome, now_us, q);
         self.check_distance(fixture, outcome, now_us, q);
         self.check_motor_check(fixture, outcome, q);
+        self.check_rest(fixture, outcome, now_us, q);
     }
 
     /// Notes harm to the arm, which violates a requirement unless a push did it: one that
@@ -131,7 +166,7 @@ impl Truth {
         if !self.is_pushed {
             outcome.contact_rad_s = outcome.contact_rad_s.max(impact.speed_rad_s);
         }
-        if fixture.is_on(impact.joint) {
+        if fixture.is_on(impact.joint) && !self.is_lowered(fixture, impact) {
             let why = format!(
                 "joint {} was driven against its stop, at {:.1} rad/s",
                 impact.joint, impact.speed_rad_s
@@ -144,6 +179,17 @@ impl Truth {
                 impact.joint, impact.speed_rad_s, impact.energy_j, self.most_j
             ));
         }
+    }
+
+    /// Whether this is an arm that floats, whose motor carried it as it touched its stop.
+    fn is_lowered(&self, fixture: &mut Fixture<'_>, impact: Impact) -> bool {
+        let [lowest, highest] = self.stops_rad[impact.joint];
+        let q = fixture.state().q[impact.joint];
+        let towards_nm = fixture.cosim.bench.plant().torque()[impact.joint]
+            * (q - f64::midpoint(lowest, highest)).signum();
+        fixture.mode().drive() == Some(Drive::Float)
+            && towards_nm <= 0.0
+            && impact.speed_rad_s <= LOWERED_RAD_S
     }
 
     fn check_pressure(
@@ -189,6 +235,32 @@ impl Truth {
                 outcome,
                 format!("the motor check moved the arm by {CHECK_RAD} rad"),
             );
+        }
+    }
+
+    fn check_rest(
+        &mut self,
+        fixture: &Fixture<'_>,
+        outcome: &mut Outcome,
+        now_us: u64,
+        q: [f64; JOINTS],
+    ) {
+        let is_floating = fixture.mode().drive() == Some(Drive::Float);
+        if !is_floating || !fixture.is_undisturbed() {
+            (self.floats_since_us, self.rest_rad) = (None, None);
+            return;
+        }
+        let weighed_us = *self.floats_since_us.get_or_insert(now_us) + WEIGHED_US;
+        if now_us < weighed_us {
+            return;
+        }
+        let rest_rad = *self.rest_rad.get_or_insert(q);
+        let allowed_rad = self.shake_rad + DRIFT_RAD_S * (now_us - weighed_us) as f64 * 1e-6;
+        for joint in 0..JOINTS {
+            let moved_rad = (q[joint] - rest_rad[joint]).abs();
+            if moved_rad > allowed_rad {
+                self.harm(outcome, format!("joint {joint} floated away"));
+            }
         }
     }
 
