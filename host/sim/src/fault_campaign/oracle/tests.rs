@@ -1,6 +1,5 @@
 //! Violations that the oracle must see, each on a board that commits it.
 
-use super::super::activity::Activity;
 use super::super::driver::HostFault;
 use super::super::run::run_case;
 use super::super::set_up::{Bus, SetUp};
