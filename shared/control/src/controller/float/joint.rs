@@ -178,11 +178,10 @@ impl<T: Real> FloatJoint<T> {
     fn strengthen(&self, timing: &Timing<T>, memory: &mut JointState<T>) {
         let is_resting = memory.is_resting(timing);
         let goal_nm = match (is_resting, memory.is_weighed) {
-            (true, false) => self.firm_nm(),
             (true, true) => self.light_nm * T::lit(HELD_RATIO),
             (false, _) if memory.was_weighed => self.light_nm,
-            // An error of its weight sets it off before the first time.
-            (false, _) => self.firm_nm(),
+            // An error of its weight sets off a joint that has never been weighed.
+            (true, false) | (false, _) => self.firm_nm(),
         };
         let share = if is_resting {
             timing.strength_share
