@@ -98,7 +98,8 @@ impl TaughtMotion {
         let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
             return Err(TeachError::NoFloat);
         };
-        let is_clamped = samples.iter().any(|(_, q)| q.map(hold_in_range) != *q);
+        let beyond = |q: &f64| (hold_in_range(*q) - q).abs() > 0.0;
+        let is_clamped = samples.iter().any(|(_, q)| q.iter().any(beyond));
         let samples: Vec<Sample> = samples
             .iter()
             .map(|(at_s, q)| (*at_s, q.map(hold_in_range)))

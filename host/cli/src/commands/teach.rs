@@ -110,7 +110,7 @@ pub(crate) fn run(args: &TeachArgs) -> Outcome {
     let (player, result) = drive(&link, options, player);
     let finished = player.finish(result)?;
     if finished.verdict == Verdict::Failed {
-        stdio::note_text(&finished.summary.table());
+        stdio::note_text(finished.summary.table());
         return Ok(ExitCode::from(finished.verdict.exit_code()));
     }
     let taught = TaughtMotion::from_records(&Recording::load(&finished.folder)?.records())?;
