@@ -87,7 +87,6 @@ pub struct ControlConfig {
     pub(super) controller: Controller<f32>,
     pub(super) integral: Option<IntegralAction<f32>>,
     pub(super) friction: DryFriction<f32>,
-    pub(super) float: Float<f32>,
     /// Factor of the torque offset per period.
     pub(super) fade: f32,
     checks: [CheckWord; SECTIONS as usize - 1],
@@ -247,7 +246,6 @@ impl ControlConfig {
             controller,
             integral,
             friction: DryFriction::of(setup.friction_nm),
-            float: Float::new(&arm, setup.friction_nm, period_s),
             fade: FADE_S / (period_s + FADE_S),
             checks: [CheckWord::compute(&0_u32); SECTIONS as usize - 1],
         };
@@ -258,6 +256,13 @@ impl ControlConfig {
     /// Tick period in µs.
     pub fn period_us(&self) -> NonZeroU32 {
         self.period_us
+    }
+
+    /// The float of this arm. It is derived in each tick that floats, so that no other tick has
+    /// parameters of it to compare.
+    pub(super) fn float(&self) -> Float<f32> {
+        let period_s = self.period_us.get() as f32 * 1e-6;
+        Float::new(&self.arm, self.friction.torque_nm, period_s)
     }
 
     /// Check word of one section.
@@ -278,7 +283,6 @@ impl ControlConfig {
                 self.controller.check(&mut sum);
                 self.integral.check(&mut sum);
                 self.friction.check(&mut sum);
-                self.float.check(&mut sum);
             }
         }
         sum

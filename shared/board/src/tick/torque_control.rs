@@ -57,7 +57,7 @@ impl TorqueControl {
             feed_forward: FeedForward::none(),
             offset_nm: Vector2::zeros(),
             integral_nm: Vector2::zeros(),
-            float: config.float.begin(&config.arm, &upright, None),
+            float: config.float().begin(&config.arm, &upright, None),
         }
     }
 
@@ -112,14 +112,14 @@ impl TorqueControl {
         state: &State<f32>,
         torque_nm: Option<Vector2<f32>>,
     ) {
-        self.float = config.float.begin(&config.arm, state, torque_nm);
+        self.float = config.float().begin(&config.arm, state, torque_nm);
     }
 
     /// The torque of an arm that floats, in this state. An estimator without friction gets the
     /// part of it under which its model goes on with its speed: hand, friction and errors of the
     /// model take the rest.
     pub(super) fn float_demand(&mut self, config: &ControlConfig, state: &State<f32>) -> Demand {
-        let float = config.float.torque(&mut self.float, &config.arm, state);
+        let float = config.float().torque(&mut self.float, &config.arm, state);
         Demand {
             friction_nm: float.torque_nm - float.balanced_nm,
             ..Demand::plain(float.torque_nm)

@@ -15,7 +15,7 @@ pub const HELD_RATIO: f64 = 2.4;
 pub const REACH_RAD: f64 = 0.0125;
 /// Correction of the gravity torque at most, as a share of the weight.
 pub const CORRECTION_SHARE: f64 = 0.5;
-/// Longest period in µs: a spring of 4 N m/rad on 0.03 kg m^2 takes no more delay.
+/// Longest period in µs: campaigns and tests have none beyond.
 pub const PERIOD_MAX_US: u32 = 5_000;
 /// Gravity torque, as a share of the weight, at which half of a load is taken for scale.
 pub(super) const SCALE_AT_SHARE: f64 = 0.45;
@@ -54,8 +54,7 @@ pub const REST_RAD_S: f64 = 0.05;
 pub const REST_S: f64 = 0.35;
 /// Time in s for which it is weighed at least, from then on.
 pub(super) const WEIGH_S: f64 = 0.6;
-/// Share of the load that is taken over in a second, and of one that remains after it has been
-/// weighed.
+/// Share of the load that is taken over in a second while a joint is weighed.
 pub const TRANSFER_PER_S: f64 = 6.0;
 /// Growth of the trim against a slip, in N m/s.
 pub const CATCH_NM_S: f64 = 0.02;

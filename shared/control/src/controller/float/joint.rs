@@ -6,7 +6,6 @@ use super::constants::{
     MOTOR_RATIO, REACH_RAD, REST_RAD_S, REST_S, SCALE_AT_SHARE, SLIDE_RAD_S, SOFTEN_RAD, SPEED_S,
     STRENGTH_S, TRANSFER_PER_S, VISCOUS_MIN_NM_S, VISCOUS_RAD_S, WEIGH_S, WEIGHT_MIN_NM,
 };
-use crate::check_word::checked;
 use crate::real::Real;
 
 /// Parameters of a joint.
@@ -34,11 +33,6 @@ pub(super) struct Timing<T> {
     rest_ticks: u32,
     weighed_ticks: u32,
 }
-
-checked!(FloatJoint<T> { weight_nm, light_nm, dry_nm, viscous_nm_s, viscous_rad_s });
-checked!(Timing<T> {
-    period_s, angle_share, speed_share, strength_share, rest_ticks, weighed_ticks,
-});
 
 /// Memory of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -91,7 +91,6 @@ pub use constants::{
 };
 
 pub use crate::arm::{Parameters, Posture, State};
-use crate::check_word::checked;
 use crate::real::Real;
 use armbridge_servo::JOINTS;
 use joint::{FloatJoint, JointState, Timing};
@@ -103,8 +102,6 @@ pub struct Float<T> {
     joints: [FloatJoint<T>; JOINTS],
     timing: Timing<T>,
 }
-
-checked!(Float<T> { joints, timing });
 
 /// Memory of both joints between two ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
