@@ -157,15 +157,17 @@ impl DriveSource {
         acts_us: u64,
         is_drive_permitted: bool,
     ) -> (Reference<f32>, Option<ExperimentEnd>) {
-        let drive = self.drive();
-        if drive == Drive::Float {
-            // It is wherever the arm is.
-            return (Reference::at_rest(states[1].q), None);
-        }
         let mut reference = self.reference.at(acts_us);
         let mut end = None;
-        if is_drive_permitted && drive == Drive::Experiment {
-            end = self.override_reference(fast_ticks, pwm, states, acts_us, &mut reference);
+        if is_drive_permitted {
+            match self.drive() {
+                Drive::Experiment => {
+                    end = self.override_reference(fast_ticks, pwm, states, acts_us, &mut reference);
+                }
+                // It is wherever the arm is.
+                Drive::Float => reference = Reference::at_rest(states[1].q),
+                Drive::Torque | Drive::Regulate | Drive::Track | Drive::Hold => {}
+            }
         }
         (reference, end)
     }

@@ -285,29 +285,35 @@ fn control_torque(
     if drive == Drive::Torque {
         return Demand::plain(control_loop.source.command.torque_nm().into());
     }
+    if drive == Drive::Float {
+        return float_torque(config, control_loop, ahead);
+    }
     let disturbance_nm = control_loop.estimation.disturbance_nm();
     let control = &mut control_loop.control;
-    let mut demand = if drive == Drive::Float {
-        // The disturbance is the hand.
-        control.float_demand(&config.control, ahead)
-    } else {
-        control.demand(&config.control, ahead, reference, disturbance_nm)
-    };
-    // An arm that floats is in balance under its torque.
-    let balance_nm = if drive == Drive::Float {
-        demand.torque_nm
-    } else {
-        estimated.gravity_nm
-    };
-    demand.torque_nm = control_loop
-        .monitors
-        .proved(&config.monitors, demand.torque_nm, balance_nm);
+    let mut demand = control.demand(&config.control, ahead, reference, disturbance_nm);
+    demand.torque_nm =
+        control_loop
+            .monitors
+            .proved(&config.monitors, demand.torque_nm, estimated.gravity_nm);
     if drive == Drive::Experiment {
         control_loop
             .source
             .experiment
             .override_torque(&config.control.joints, &mut demand);
     }
+    demand
+}
+
+/// Torque of an arm that floats, which the estimated disturbance, the hand, does not change. It is
+/// in balance under this torque, about which an encoder proves itself. Not inlined: few ticks have
+/// one.
+#[inline(never)]
+fn float_torque(config: &LoopConfig, control_loop: &mut ControlLoop, ahead: &State<f32>) -> Demand {
+    let mut demand = control_loop.control.float_demand(&config.control, ahead);
+    demand.torque_nm =
+        control_loop
+            .monitors
+            .proved(&config.monitors, demand.torque_nm, demand.torque_nm);
     demand
 }
 

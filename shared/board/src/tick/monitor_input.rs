@@ -2,7 +2,7 @@
 
 use super::config::LoopConfig;
 use super::estimation::Estimated;
-use super::monitors::{JointBalance, MonitorInput};
+use super::monitors::{Hold, JointBalance, MonitorInput};
 use super::sense::Sensed;
 use armbridge_link::message::Drive;
 use armbridge_servo::JOINTS;
@@ -18,7 +18,13 @@ pub(super) fn monitor_input<'a>(
     drive: Option<Drive>,
     reference_rad_s: [f32; JOINTS],
 ) -> MonitorInput<'a> {
-    let is_held = drive.is_some_and(Drive::is_closed_loop);
+    let hold = match drive {
+        Some(drive) if drive.is_closed_loop() => {
+            Hold::Controlled(balance(config, sensed, estimated))
+        }
+        Some(Drive::Float) => Hold::Floating,
+        _ => Hold::None,
+    };
     MonitorInput {
         counts: sensed.counts,
         missing: sensed.missing,
@@ -29,8 +35,7 @@ pub(super) fn monitor_input<'a>(
         torque_nm: sensed.torque_nm.into(),
         gravity_nm: estimated.gravity_nm.into(),
         is_alarmed: sensed.is_alarmed,
-        balance: is_held.then(|| balance(config, sensed, estimated)),
-        is_floating: drive == Some(Drive::Float),
+        hold,
         reference_rad_s,
         is_armed,
     }

@@ -19,6 +19,7 @@
 //! | module       | content                                                     |
 //! |--------------|-------------------------------------------------------------|
 //! | `dropout`    | silent servos, samples lost in a row or too often           |
+//! | `input`      | what the monitors see in a tick                             |
 //! | `innovation` | encoder in its gap, samples far from the prediction         |
 //! | `motion`     | angle and speed limits of a joint                           |
 //! | `stall`      | joints that are driven and do not move                      |
@@ -35,6 +36,7 @@ mod encoder_noise;
 mod encoder_proof;
 mod external_torque;
 mod innovation;
+mod input;
 mod motion;
 mod soft_stop;
 mod stall;
@@ -47,11 +49,10 @@ use armbridge_control::arm::{Parameters, State};
 use armbridge_control::check_word::checked;
 use armbridge_link::fault::Fault;
 use armbridge_link::limits::Limits;
-use armbridge_link::message::Missing;
 use armbridge_servo::JOINTS;
 use dropout::{Dropout, DropoutConfig};
 use encoder_noise::EncoderNoise;
-use encoder_proof::{EncoderProof, Held, ProofConfig};
+use encoder_proof::{EncoderProof, ProofConfig};
 use external_torque::{ExternalTorque, ExternalTorqueConfig};
 use innovation::Innovation;
 use motion::{Motion, MotionLimits};
@@ -63,41 +64,11 @@ use torque::{LimitedTorque, TorqueConfig, TorqueLimiter};
 use armbridge_link::record::Violation;
 pub(super) use debounce::Debounce;
 pub(super) use external_torque::JointBalance;
+pub(super) use input::{Hold, MonitorInput};
 
 /// Samples in a row with an alarm. One may be damage that its checksum did not detect: one in
 /// 256 is not detected. A servo that has switched torque off repeats its alarm.
 const ALARM_SAMPLES: u32 = 2;
-
-/// Inputs of the monitors in one tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct MonitorInput<'a> {
-    /// The samples.
-    pub(super) counts: [Option<u16>; JOINTS],
-    /// Reason for each missing sample; `None` where there is one.
-    pub(super) missing: [Option<Missing>; JOINTS],
-    /// The samples as angles.
-    pub(super) measured_rad: [Option<f32>; JOINTS],
-    /// Predicted angles: the state of the estimator before the samples.
-    pub(super) predicted_rad: [f32; JOINTS],
-    /// Whether the estimator starts with these samples, without a prediction.
-    pub(super) is_fresh: bool,
-    /// State of the estimator after the samples.
-    pub(super) state: &'a State<f32>,
-    /// Torque that acted until these samples, in N m.
-    pub(super) torque_nm: [f32; JOINTS],
-    /// Gravity torque at these angles, in N m.
-    pub(super) gravity_nm: [f32; JOINTS],
-    /// Whether the servo reports an alarm with which it has switched torque off.
-    pub(super) is_alarmed: [bool; JOINTS],
-    /// Balance of each joint, while a controller holds the arm.
-    pub(super) balance: Option<[JointBalance; JOINTS]>,
-    /// Whether the arm floats: an encoder has to prove itself, and any torque may be a hand's.
-    pub(super) is_floating: bool,
-    /// Speed of the reference that the controller follows, in rad/s.
-    pub(super) reference_rad_s: [f32; JOINTS],
-    /// Whether the motors may be driven.
-    pub(super) is_armed: bool,
-}
 
 /// Parameters of all monitors, for one set of limits and one period.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -216,18 +187,6 @@ impl MonitorConfig {
     }
 }
 
-impl MonitorInput<'_> {
-    /// The hold of a joint by controller or float; `None` without one.
-    fn held(&self, limits: &Limits, joint: usize) -> Option<Held> {
-        let controlled = self.balance.map(|balance| Held::Controlled {
-            push_nm: -balance[joint].unmet_nm,
-            reference_rad_s: self.reference_rad_s[joint],
-            external_nm: limits.external_nm[joint],
-        });
-        controlled.or_else(|| self.is_floating.then_some(Held::Floating))
-    }
-}
-
 impl Monitors {
     /// The monitors at a restart: all counters at zero; the encoders' noise stays known.
     pub(super) fn restarted(&self) -> Self {
@@ -307,14 +266,15 @@ impl Monitors {
                 fast_ticks: config.fast_ticks,
             };
             joint.motion.check(&motion_limits, id, angle[i], speed[i])?;
-            match &input.balance {
-                Some(balance) => {
+            match &input.hold {
+                Hold::Controlled(balance) => {
                     let (limit_nm, balance) = (limits.external_nm[i], balance[i]);
                     joint
                         .external
                         .check(&config.external, limit_nm, id, balance, speed[i])?;
                 }
-                None => joint.external = ExternalTorque::default(),
+                // A hand may have any torque.
+                Hold::None | Hold::Floating => joint.external = ExternalTorque::default(),
             }
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! Every monitor is fed, and only while it should be.
 
 use super::Fixture;
-use crate::tick::monitors::MonitorInput;
+use crate::tick::monitors::{Hold, MonitorInput};
 use armbridge_control::arm::State;
 use armbridge_link::fault::Fault;
 use armbridge_link::limits::Limits;
@@ -21,8 +21,7 @@ fn seen(state: &State<f32>) -> MonitorInput<'_> {
         torque_nm: [0.05; 2],
         gravity_nm: [0.0; 2],
         is_alarmed: [false; 2],
-        balance: None,
-        is_floating: false,
+        hold: Hold::None,
         reference_rad_s: [0.0; 2],
         is_armed: true,
     }
