@@ -134,7 +134,7 @@ pub struct TickOutput {
     /// PWM to be sent at the start of the next tick.
     pub pwm: [u16; JOINTS],
     /// Torque in N m that `pwm` stands for, after clamp and rounding, less the friction
-    /// compensation.
+    /// compensation; of an arm that floats, the part of it that the model of the arm explains.
     pub torque_nm: [f32; JOINTS],
     /// Reference angles in rad, at the planned start of the next tick.
     pub reference_rad: [f32; JOINTS],

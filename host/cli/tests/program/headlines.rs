@@ -64,8 +64,8 @@ fn hands_lead_a_simulated_arm_alone() {
     program.write(
         "led.toml",
         "title = 'Led'\nabout = 'A hand leads it.'\n[[step]]\nat_s = 0.0\nfloat = true\n\
-         [[bench.hand]]\nat_s = 0.1\npath = [{ after_s = 0.5, angle_rad = [0.2, -0.2] }]\n\
-         [stop]\nafter_s = 0.9\n[expect]\nstays_within_rad = 0.2\n",
+         [[bench.hand]]\nat_s = 1.5\npath = [{ after_s = 0.5, angle_rad = [0.2, -0.2] }]\n\
+         [stop]\nafter_s = 3.0\n[expect]\nstays_within_rad = 0.1\n",
     );
     let out = printed(&program, &["run", "led.toml"]);
     let ended = "complete, and ended as it should. Let go at +0.30 and -0.25 rad. A hand leads it.";

@@ -263,14 +263,12 @@ impl Case {
     ///
     /// On a slow bus it may take longer: two ticks, and twice a stop sequence and the rest of
     /// the longest packet that a servo may have been cut off in. Where a client may have set servos
-    /// to any speed, or a board that has restarted has not been heard at the right one because of
-    /// another fault, it tries all of them, and a stop sequence at the slowest may be under
+    /// to any speed, the board tries all of them, and a stop sequence at the slowest may be under
     /// way when the bus comes back.
     pub fn stop_us(&self) -> u64 {
         let bytes_us = |bytes: u64, baud: u32| bytes * 10_000_000 / u64::from(baud);
         let own_us = bytes_us(2 * (STOP_BYTES + REST_BYTES), self.bus.baud);
-        let is_rate_lost = self.has(Kind::BrownOut) && self.injections.len() > 1;
-        let search_us = if self.has_client() || is_rate_lost {
+        let search_us = if self.has_client() {
             bytes_us(STOP_BYTES, SLOWEST_BAUD)
         } else {
             0

@@ -239,14 +239,13 @@ impl Kind {
         )
     }
 
-    /// Whether it may keep the host's bytes from the board: garbage before a frame damages it.
+    /// Whether it keeps the host's bytes from the board.
     pub(super) fn is_of_link(self) -> bool {
         matches!(
             self,
             Self::HostVanish
                 | Self::HostStall
                 | Self::HostFlood
-                | Self::HostGarbage
                 | Self::HostSchema
                 | Self::HostReplay
         )

@@ -212,8 +212,8 @@ fn a_wrong_name_and_a_missing_one_are_seen() {
     assert_eq!((ignored.fault, ignored.is_fault_expected), (None, false));
 }
 
-/// An arm without weight stays, and a hand, or a motor that nobody drives, does not make it a
-/// fault's.
+/// An arm that floats stays where it is, and is led by a hand, without a failure; a push that moves
+/// it, and a motor that drives it against its stop, are failures.
 #[test]
 fn an_arm_that_floats_away_or_is_driven_is_seen() {
     let mut stop = case_of(Kind::StopHost, Activity::Float);
