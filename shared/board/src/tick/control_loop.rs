@@ -58,7 +58,7 @@ impl ControlLoop {
             monitors: Monitors::default(),
             motor_check: MotorCheck::default(),
             source: DriveSource::new(),
-            control: TorqueControl::new(&config.control),
+            control: TorqueControl::new(),
             state: State::at_rest(upright),
             reference: Reference::at_rest(upright),
             command: ActuatorCommand::OFF,
@@ -144,12 +144,14 @@ impl ControlLoop {
             self.estimation.take_over(&config.control);
             self.control.install(config.control.integral.is_some());
             self.fade_from(config, torque_nm, &reference);
-            let total_nm = Some(self.command.total_nm());
-            self.control
-                .begin_float(&config.control, &self.state, total_nm);
+            if self.drive() == Drive::Float {
+                let torque_nm = Some(self.command.total_nm());
+                self.control
+                    .begin_float(&config.control, &self.state, torque_nm);
+            }
         } else {
             self.estimation = Estimation::new(&config.control);
-            self.control = TorqueControl::new(&config.control);
+            self.control = TorqueControl::new();
         }
         if before.period_us() != config.period_us() {
             self.monitors = Monitors::default();
@@ -309,6 +311,7 @@ impl ControlLoop {
         if !is_floating {
             self.control
                 .begin_float(&config.control, &self.state, torque_nm);
+            self.source.reference = ReferenceSource::hold(self.state.q);
         }
         self.source.command = DriveCommand::new(Drive::Float, [0.0; JOINTS], now.us);
         Ok(())

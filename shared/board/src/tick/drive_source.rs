@@ -159,15 +159,8 @@ impl DriveSource {
     ) -> (Reference<f32>, Option<ExperimentEnd>) {
         let mut reference = self.reference.at(acts_us);
         let mut end = None;
-        if is_drive_permitted {
-            match self.drive() {
-                Drive::Experiment => {
-                    end = self.override_reference(fast_ticks, pwm, states, acts_us, &mut reference);
-                }
-                // It is wherever the arm is.
-                Drive::Float => reference = Reference::at_rest(states[1].q),
-                Drive::Torque | Drive::Regulate | Drive::Track | Drive::Hold => {}
-            }
+        if is_drive_permitted && self.drive() == Drive::Experiment {
+            end = self.override_reference(fast_ticks, pwm, states, acts_us, &mut reference);
         }
         (reference, end)
     }

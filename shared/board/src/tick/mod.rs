@@ -199,14 +199,16 @@ pub fn step(
     });
 
     // Commit: the integral action, and the results of the tick.
-    let has_reference = !matches!(control_loop.drive(), Drive::Torque | Drive::Float);
-    let controlled = demand.filter(|_| is_controlled && has_reference);
-    control_loop.control.integrate(
-        config,
-        reference.q - ahead.q,
-        controlled.map(|demand| demand.torque_nm),
-        command.total_nm(),
-    );
+    if config.control.integral.is_some() {
+        let has_reference = !matches!(control_loop.drive(), Drive::Torque | Drive::Float);
+        let controlled = demand.filter(|_| is_controlled && has_reference);
+        control_loop.control.integrate(
+            config,
+            reference.q - ahead.q,
+            controlled.map(|demand| demand.torque_nm),
+            command.total_nm(),
+        );
+    }
     control_loop.state = estimated.state;
     control_loop.reference = reference;
     control_loop.command = command;

@@ -46,18 +46,18 @@ pub(super) struct TorqueControl {
     offset_nm: Vector2<f32>,
     /// Torque of the integral action.
     integral_nm: Vector2<f32>,
-    float: FloatState<f32>,
+    /// Memory of a float, once it has begun.
+    float: Option<FloatState<f32>>,
 }
 
 impl TorqueControl {
     /// Without offset and integral.
-    pub(super) fn new(config: &ControlConfig) -> Self {
-        let upright = State::at_rest(Vector2::zeros());
+    pub(super) fn new() -> Self {
         Self {
             feed_forward: FeedForward::none(),
             offset_nm: Vector2::zeros(),
             integral_nm: Vector2::zeros(),
-            float: config.float().begin(&config.arm, &upright, None),
+            float: None,
         }
     }
 
@@ -112,14 +112,17 @@ impl TorqueControl {
         state: &State<f32>,
         torque_nm: Option<Vector2<f32>>,
     ) {
-        self.float = config.float().begin(&config.arm, state, torque_nm);
+        self.float = Some(config.float().begin(&config.arm, state, torque_nm));
     }
 
     /// The torque of an arm that floats, in this state. An estimator without friction gets the
     /// part of it under which its model goes on with its speed: hand, friction and errors of the
     /// model take the rest.
     pub(super) fn float_demand(&mut self, config: &ControlConfig, state: &State<f32>) -> Demand {
-        let float = config.float().torque(&mut self.float, &config.arm, state);
+        let float = config.float();
+        let begin = || float.begin(&config.arm, state, None);
+        let memory = self.float.get_or_insert_with(begin);
+        let float = float.torque(memory, &config.arm, state);
         Demand {
             friction_nm: float.torque_nm - float.balanced_nm,
             ..Demand::plain(float.torque_nm)
