@@ -17,6 +17,7 @@ mod log;
 mod own_control;
 mod paper;
 mod paper_report;
+mod park;
 mod plan_runner;
 mod plot;
 mod random_bytes;

@@ -27,7 +27,8 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 use armbridge_client::error::SessionError;
 use armbridge_client::session::{
-    ANSWER_TIMEOUT_US, ARM_TIMEOUT_US, HELLO_TIMEOUT_US, Request, SERVO_TIMEOUT_US, Session,
+    ANSWER_TIMEOUT_US, ARM_TIMEOUT_US, HELLO_TIMEOUT_US, PARK_TIMEOUT_US, Request,
+    SERVO_TIMEOUT_US, Session,
 };
 use armbridge_client::{Host, LinkStats, enum_names};
 use armbridge_link::message::{Command, Mode, OffReport, Record, Settings, Trip};
@@ -48,6 +49,8 @@ enum Phase {
     /// Waits until the board has checked the motors, if it does so.
     CheckingMotors,
     Running(Timeline),
+    /// The board parks the arm.
+    Parking,
     SwitchingOff,
     Over,
 }
@@ -192,7 +195,7 @@ impl<K: RecordSink> PlanRunner<K> {
     fn perform(&mut self, now_us: u64, action: Action) {
         match action {
             Action::Command(command) => {
-                if *command == Command::Idle {
+                if matches!(*command, Command::Idle | Command::Park) {
                     self.is_armed = false;
                 }
                 self.command(now_us, *command);
@@ -215,7 +218,20 @@ impl<K: RecordSink> PlanRunner<K> {
     /// Ends the run as planned, or by a fault.
     fn end(&mut self, now_us: u64, ending: Ending) {
         self.ending.get_or_insert(ending);
-        self.switch_off(now_us);
+        self.leave(now_us);
+    }
+
+    /// Has the arm parked before the motors are switched off, if it is driven and has a pose.
+    fn leave(&mut self, now_us: u64) {
+        let settings = self.settings.as_ref().map(|[_, last]| last);
+        let has_pose = settings.is_some_and(|settings| settings.limits.park.is_some());
+        if has_pose && self.mode.drive().is_some() {
+            self.is_armed = false;
+            self.command(now_us, Command::Park);
+            self.enter(Phase::Parking, now_us);
+        } else {
+            self.switch_off(now_us);
+        }
     }
 
     /// Ends the run with an error, after switching the motors off.
@@ -245,7 +261,7 @@ impl<K: RecordSink> PlanRunner<K> {
         self.entered_us = Some(now_us);
     }
 
-    /// Handles Ctrl-C: switches off at once, or ends if nothing was changed yet.
+    /// Handles Ctrl-C: parks or switches off, or ends if nothing was changed yet.
     fn interrupt(&mut self, now_us: u64) {
         self.ending.get_or_insert(Ending::Interrupted);
         self.end_early(now_us);
@@ -258,10 +274,19 @@ impl<K: RecordSink> PlanRunner<K> {
             | Phase::WaitingForServos
             | Phase::Arming
             | Phase::CheckingMotors
-            | Phase::Running(_) => {
-                self.switch_off(now_us);
+            | Phase::Running(_)
+                if self.error.is_none() =>
+            {
+                self.leave(now_us);
             }
             Phase::SwitchingOff | Phase::Over => {}
+            Phase::Parking if self.error.is_none() => {}
+            Phase::SettingUp
+            | Phase::WaitingForServos
+            | Phase::Arming
+            | Phase::CheckingMotors
+            | Phase::Running(_)
+            | Phase::Parking => self.switch_off(now_us),
         }
     }
 }
@@ -294,6 +319,7 @@ impl<K: RecordSink> Host for PlanRunner<K> {
             Phase::CheckingMotors if waited_us > SERVO_TIMEOUT_US => {
                 self.give_up(now_us, SessionError::Silent.into());
             }
+            Phase::Parking if waited_us > PARK_TIMEOUT_US => self.switch_off(now_us),
             Phase::Running(_) => self.run(now_us),
             Phase::Connecting
             | Phase::ReadingSettings
@@ -301,6 +327,7 @@ impl<K: RecordSink> Host for PlanRunner<K> {
             | Phase::WaitingForServos
             | Phase::Arming
             | Phase::CheckingMotors
+            | Phase::Parking
             | Phase::SwitchingOff
             | Phase::Over => {}
         }
@@ -322,6 +349,7 @@ impl<K: RecordSink> Host for PlanRunner<K> {
             | Phase::WaitingForServos
             | Phase::Arming
             | Phase::CheckingMotors
+            | Phase::Parking
             | Phase::SwitchingOff
             | Phase::Over => u64::MAX,
         };
@@ -371,7 +399,7 @@ impl<K: RecordSink> Host for PlanRunner<K> {
                 self.give_up(now_us, PlanError::Disconnected);
             }
             Phase::SwitchingOff => self.switch_off(now_us),
-            Phase::Over => {}
+            Phase::Parking | Phase::Over => {}
         }
         // Timeouts exclude time without a link.
         self.entered_us = None;

@@ -12,12 +12,12 @@ use std::time::{Duration, Instant};
 
 use armbridge_client::LinkError;
 use armbridge_client::error::SessionError;
-use armbridge_client::session::{ChannelHost, Request, SessionHandle};
+use armbridge_client::session::{ChannelHost, PARK_TIMEOUT_US, Request, SessionHandle};
 use armbridge_link::server::{LinkRole, Touch};
 use armbridge_sim::cosim::Interaction;
 use armbridge_sim::link::{BoardUri, Options, drive};
 
-/// Time in which the board must acknowledge that it is disarmed.
+/// Time in which the board must acknowledge that it is disarmed, once the arm has been parked.
 const LEAVE: Duration = Duration::from_secs(3);
 /// Period at which that is checked.
 const LOOK: Duration = Duration::from_millis(10);
@@ -159,9 +159,12 @@ impl LinkThread {
 
     fn leave(&mut self) -> Result<(), LinkThreadError> {
         self.request(Request::Leave);
+        let settings = self.session.status().settings;
+        let has_pose = settings.is_some_and(|settings| settings.limits.park.is_some());
+        let park = Duration::from_micros(if has_pose { PARK_TIMEOUT_US } else { 0 });
         let begun = Instant::now();
         while !self.is_over() {
-            if begun.elapsed() > LEAVE {
+            if begun.elapsed() > park + LEAVE {
                 return Err(LinkThreadError::Stuck);
             }
             std::thread::sleep(LOOK);

@@ -45,12 +45,14 @@ names! {
         Running(Drive::Hold) "hold",
         Running(Drive::Experiment) "experiment",
         Running(Drive::Float) "float",
+        Running(Drive::Park) "park",
         Degraded(Drive::Torque) "torque_degraded",
         Degraded(Drive::Regulate) "regulate_degraded",
         Degraded(Drive::Track) "track_degraded",
         Degraded(Drive::Hold) "hold_degraded",
         Degraded(Drive::Experiment) "experiment_degraded",
         Degraded(Drive::Float) "float_degraded",
+        Degraded(Drive::Park) "park_degraded",
         Passthrough "passthrough",
         ; Mode::Fault(_) => "fault"
     }
@@ -83,6 +85,7 @@ pub fn command(command: &Command) -> &'static str {
         Command::Stream { .. } => "stream",
         Command::Experiment(_) => "experiment",
         Command::Float => "float",
+        Command::Park => "park",
         Command::Prepare => "prepare",
         Command::Release => "release",
         Command::ClearFault => "clear_fault",

@@ -85,6 +85,7 @@ pub fn mode(mode: Mode) -> (&'static str, &'static str) {
         ),
         Mode::Running(Drive::Experiment) => ("RUNNING", "an experiment drives the arm"),
         Mode::Running(Drive::Float) => ("RUNNING", "weightless: lead it by hand"),
+        Mode::Running(Drive::Park) => ("PARKING", "moves to its pose, and is lowered there"),
         Mode::Degraded(Drive::Torque) => ("DEGRADED", "constant torque; samples missing"),
         Mode::Degraded(Drive::Regulate) => ("DEGRADED", "regulates; samples missing, predicted"),
         Mode::Degraded(Drive::Track) => {
@@ -93,6 +94,7 @@ pub fn mode(mode: Mode) -> (&'static str, &'static str) {
         Mode::Degraded(Drive::Hold) => ("DEGRADED", "braked, and holds; samples missing"),
         Mode::Degraded(Drive::Experiment) => ("DEGRADED", "an experiment; samples missing"),
         Mode::Degraded(Drive::Float) => ("DEGRADED", "weightless; samples missing, predicted"),
+        Mode::Degraded(Drive::Park) => ("PARKING", "moves to its pose; samples missing"),
         Mode::Passthrough => (
             "PASSTHROUGH",
             "a program on the transparent port has the bus",

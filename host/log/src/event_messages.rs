@@ -53,6 +53,7 @@ pub(super) fn command(host_ns: u64, sequence: u16, content: &ToBoard) -> proto::
         | ToBoard::Goodbye
         | ToBoard::Command(
             Command::Idle
+            | Command::Park
             | Command::Arm { .. }
             | Command::Follow(_)
             | Command::Experiment(_)

@@ -55,7 +55,7 @@ mod tests {
 
     #[test]
     fn a_value_exists_in_the_modes_that_give_it_a_meaning() {
-        use Drive::{Experiment, Float, Hold, Regulate, Torque, Track};
+        use Drive::{Experiment, Float, Hold, Park, Regulate, Torque, Track};
         let exists = |mode: Mode| {
             let mut record = Record {
                 mode,
@@ -70,7 +70,7 @@ mod tests {
         for drive in [Torque, Experiment, Float] {
             assert_eq!(exists(Mode::Running(drive)), [true, true, false, false]);
         }
-        for drive in [Regulate, Track, Hold] {
+        for drive in [Regulate, Track, Hold, Park] {
             assert_eq!(exists(Mode::Running(drive)), [true; 4]);
             assert_eq!(exists(Mode::Degraded(drive)), [true; 4]);
         }

@@ -46,10 +46,10 @@ pub trait Checked {
     fn check(&self, sum: &mut CheckWord);
 }
 
-/// The value with this code word; `None` if the word is no value's. The last three bits of
+/// The value with this code word; `None` if the word is no value's. The last four bits of
 /// a code word are its place in the table.
 pub fn decode<T: Copy>(word: u32, table: &[(T, u32)]) -> Option<T> {
-    let (value, code) = table.get((word & 0b111) as usize)?;
+    let (value, code) = table.get((word & 0b1111) as usize)?;
     (*code == word).then_some(*value)
 }
 

@@ -3,7 +3,7 @@
 //! Every number has a hard bound that no host can move
 //! ([`hard`]); [`Limits::is_valid`] checks whether all are within.
 
-use armbridge_control::check_word::checked;
+use armbridge_control::check_word::{CheckWord, Checked, checked};
 use armbridge_servo::JOINTS;
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
@@ -44,6 +44,25 @@ pub mod hard {
     pub const SILENCE_MS: u16 = 2_000;
     /// Age of a constant torque and of a stream's last point, in ms.
     pub const AGE_MS: u16 = 10_000;
+    /// Angles of the pose in which the arm is parked, in mrad: those that a motion may reach.
+    pub const PARK_MRAD: i16 = 1_200;
+}
+
+/// An angle in mrad, which has three bytes at most on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
+pub struct Milliradians(pub i16);
+
+impl Milliradians {
+    /// The same angle in rad.
+    pub fn rad(self) -> f32 {
+        f32::from(self.0) * 1e-3
+    }
+}
+
+impl Checked for Milliradians {
+    fn check(&self, sum: &mut CheckWord) {
+        sum.word(self.0 as u32);
+    }
 }
 
 /// Limits of the monitors; replaced as one group while the board is idle.
@@ -111,6 +130,10 @@ pub struct Limits {
     /// Silence in ms after which a client of the transparent port that may have set a motor
     /// moving loses the bus; 0: never.
     pub client_silence_ms: u16,
+    /// Pose to which the arm is moved when the host leaves or falls silent, a command
+    /// expires or a servo is nearly too hot, before it is lowered and torque goes off; `None`:
+    /// torque goes off at once.
+    pub park: Option<[Milliradians; JOINTS]>,
 }
 
 checked!(Limits {
@@ -137,6 +160,7 @@ checked!(Limits {
     stream_age_ms,
     setpoint_age_ms,
     client_silence_ms,
+    park,
 });
 
 impl Default for Limits {
@@ -170,11 +194,17 @@ impl Default for Limits {
             stream_age_ms: 2_000,
             setpoint_age_ms: 0,
             client_silence_ms: 500,
+            park: None,
         }
     }
 }
 
 impl Limits {
+    /// Pose in which the arm is parked, in rad.
+    pub fn park_rad(&self) -> Option<[f32; JOINTS]> {
+        self.park.map(|angles| angles.map(Milliradians::rad))
+    }
+
     /// Whether every number is within its hard bound, and none is NaN.
     pub fn is_valid(&self) -> bool {
         let within = |values: &[f32], limit: f32| {
@@ -203,6 +233,11 @@ impl Limits {
             && (1..=hard::SILENCE_MS).contains(&self.silence_ms)
             && (1..=hard::AGE_MS).contains(&self.torque_age_ms)
             && (1..=hard::AGE_MS).contains(&self.stream_age_ms)
+            && self
+                .park
+                .iter()
+                .flatten()
+                .all(|angle| angle.0.unsigned_abs() <= hard::PARK_MRAD.unsigned_abs())
     }
 }
 
@@ -213,7 +248,7 @@ mod tests {
     #[test]
     fn defaults_are_within_and_nothing_beyond_is() {
         assert!(Limits::default().is_valid());
-        let beyond: [fn(&mut Limits); 8] = [
+        let beyond: [fn(&mut Limits); 10] = [
             |limits| limits.angle_rad[1] = hard::ANGLE_RAD * 1.01,
             |limits| limits.speed_rad_s[0] = f32::NAN,
             |limits| limits.torque_nm[0] = 0.0,
@@ -222,6 +257,8 @@ mod tests {
             |limits| limits.temperature_counts = [5, 5],
             |limits| limits.silence_ms = limits.hold_ms - 1,
             |limits| limits.lost_ms = 0,
+            |limits| limits.park = Some([Milliradians(0), Milliradians(hard::PARK_MRAD + 1)]),
+            |limits| limits.park = Some([Milliradians(i16::MIN), Milliradians(0)]),
         ];
         for change in beyond {
             let mut limits = Limits::default();

@@ -189,6 +189,10 @@ pub enum Command {
     /// Make the arm weightless where it is, so that a hand leads it; see
     /// [`float`](armbridge_control::controller::float).
     Float,
+    /// Park the arm: brake, move to the pose of [`Limits::park`], lower the arm until nothing
+    /// holds it any more, then disarm. Without a pose, and where nothing drives the arm, as
+    /// [`Command::Idle`].
+    Park,
     /// Set stock servos to wheel mode and a short return delay, where they are
     /// not: both are kept in their EEPROM. Torque can be asked for when they are
     /// reported found again, and ready. Nothing to do on Morpheus servos.
@@ -219,6 +223,7 @@ impl Command {
             | Self::Experiment(_)
             | Self::Float => true,
             Self::Idle
+            | Self::Park
             | Self::Arm { .. }
             | Self::Prepare
             | Self::Release

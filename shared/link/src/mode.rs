@@ -78,13 +78,15 @@ pub enum Drive {
     Experiment,
     /// Weightless: a hand leads the arm, which stays where it is left.
     Float,
+    /// The board's own motion to the pose in which the arm is parked, and its lowering there.
+    Park,
 }
 
 impl Drive {
     /// Whether a controller holds the arm at a reference.
     pub const fn is_closed_loop(self) -> bool {
         match self {
-            Self::Regulate | Self::Track | Self::Hold => true,
+            Self::Regulate | Self::Track | Self::Hold | Self::Park => true,
             Self::Torque | Self::Experiment | Self::Float => false,
         }
     }

@@ -63,13 +63,15 @@ pub enum Permission {
     MotorCheck,
     /// The motors may be driven.
     Drive,
+    /// The motors are driven to park the arm, by the board itself.
+    Park,
 }
 
 impl Permission {
     /// Whether all monitors run: motors are driven, or may be soon.
     pub const fn is_armed(self) -> bool {
         match self {
-            Self::Armed | Self::MotorCheck | Self::Drive => true,
+            Self::Armed | Self::MotorCheck | Self::Drive | Self::Park => true,
             Self::Search | Self::Passthrough | Self::Off => false,
         }
     }
@@ -77,9 +79,14 @@ impl Permission {
     /// Whether a motor may be on in the next tick.
     pub const fn drives_motors(self) -> bool {
         match self {
-            Self::MotorCheck | Self::Drive => true,
+            Self::MotorCheck | Self::Drive | Self::Park => true,
             Self::Search | Self::Passthrough | Self::Off | Self::Armed => false,
         }
+    }
+
+    /// Whether a source of torque drives the motors: one of the host, or the park.
+    pub const fn is_driven(self) -> bool {
+        matches!(self, Self::Drive | Self::Park)
     }
 }
 
@@ -93,7 +100,8 @@ pub struct TickInput {
     pub lead_us: u32,
     /// Permission of the supervisor.
     pub permission: Permission,
-    /// Whether ticks begin with this one: the servos have been found and set up.
+    /// Whether ticks begin with this one: the servos have been found and set up; or an arm has
+    /// been parked in which the session of a host began.
     pub is_first: bool,
     /// Whether the configuration is as it was built.
     pub is_config_intact: bool,
@@ -199,13 +207,18 @@ impl TickEvents {
     }
 }
 
-/// Reaction of the loop when the host is silent or an experiment has ended.
+/// Reaction of the loop when the host is silent, a command has expired, or an experiment or a park
+/// has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
 pub enum Fallback {
     /// The reference brakes to rest; the arm is held from then on.
     Brake,
     /// The torque is switched off.
     Release,
+    /// The arm is parked.
+    Park,
+    /// The arm has been parked: disarmed.
+    Parked,
 }
 
 /// Fault found by a monitor, with its magnitude.

@@ -18,7 +18,7 @@ use armbridge_link::message::{Settings, SettingsFrom};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 
 /// Room for four saves: pages change often.
-const PAGE: usize = 1_024;
+const PAGE: usize = 1_280;
 
 /// Runs the script, and counts how often saved settings are in force.
 ///

@@ -164,6 +164,7 @@ impl Random {
                 speed_rad_s: None,
             },
             Command::Float,
+            Command::Park,
             Command::Prepare,
             Command::Release,
             Command::ClearFault,

@@ -4,7 +4,7 @@ use armbridge_board::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US, REFERENCE_MA
 use armbridge_control::actuator::Joint;
 use armbridge_control::design::placement::Poles;
 use armbridge_control::estimate::{Config, Form, Tuning};
-use armbridge_link::limits::hard;
+use armbridge_link::limits::{Milliradians, hard};
 use armbridge_link::message::{Command, Controller, Gains, Hello, Limits, Setup, ToBoard};
 use armbridge_link::motion::{Motion, Via};
 use armbridge_link::schema;
@@ -182,6 +182,7 @@ pub(super) fn message(random: &mut Random, session: u32) -> ToBoard {
                 session: random.below(1 << 32) as u32,
             },
             3 => Command::Save,
+            4 => Command::Park,
             _ => Command::Limit(limits(random)),
         },
         28 => Command::Float,
@@ -195,6 +196,10 @@ fn limits(random: &mut Random) -> Limits {
     if random.once_in(2) {
         [limits.speed_rad_s, limits.torque_nm] = [nasty(random), nasty(random)];
     }
+    limits.park = random.once_in(2).then(|| {
+        let angle = |random: &mut Random| Milliradians(random.below(2_600) as i16 - 1_300);
+        [angle(random), angle(random)]
+    });
     limits.check_rad_s2 = random.one_of(&[0, 0, 0, 0, 0, 16]);
     limits
 }
@@ -210,6 +215,7 @@ pub(super) fn is_acceptable(command: &Command) -> bool {
         | Command::ClearFault
         | Command::Arm { .. }
         | Command::Float
+        | Command::Park
         | Command::Save => true,
         Command::Limit(limits) => limits.is_valid(),
         Command::Experiment(plan) => experiments::is_acceptable(plan),

@@ -41,6 +41,7 @@ pub(crate) fn command_text(command: &Command) -> String {
         Command::Stream { .. } => "follow a point".into(),
         Command::Experiment(plan) => experiment_text(plan),
         Command::Float => "float, led by hand".into(),
+        Command::Park => "park".into(),
         Command::Arm { .. } => "arm again".into(),
         Command::Prepare => "prepare the servos".into(),
         Command::Release => "release the servos".into(),

@@ -51,7 +51,8 @@ impl<K: RecordSink> PlanRunner<K> {
                 return Err(refused("configure", refusal));
             }
             // A fault came first: the records show it.
-            (BoardMessage::Refused(Refusal::Faulted), Phase::Running(_)) => self.switch_off(now_us),
+            (BoardMessage::Refused(Refusal::Faulted), Phase::Running(_))
+            | (BoardMessage::Refused(_), Phase::Parking) => self.switch_off(now_us),
             // Too late for this point of a stream; the next may come in time.
             (BoardMessage::Refused(Refusal::Late { .. }), Phase::Running(_)) => {
                 self.late_points += 1;
@@ -101,7 +102,7 @@ impl<K: RecordSink> PlanRunner<K> {
                 self.give_up(now_us, error);
                 Ok(())
             }
-            (Phase::SwitchingOff, PlanError::Reset(_)) => Ok(()),
+            (Phase::Parking | Phase::SwitchingOff, PlanError::Reset(_)) => Ok(()),
             _ => Err(self.error.take().unwrap_or(error)),
         }
     }
@@ -220,6 +221,12 @@ impl<K: RecordSink> PlanRunner<K> {
                     self.end(now_us, ending);
                 } else if self.is_disarmed(now_us) {
                     self.give_up(now_us, PlanError::Disarmed);
+                }
+            }
+            Phase::Parking => {
+                self.sink.record(record);
+                if record.mode.drive().is_none() {
+                    self.switch_off(now_us);
                 }
             }
             Phase::SwitchingOff => {

@@ -21,7 +21,7 @@ impl<K: RecordSink> PlanRunner<K> {
                 let elapsed_us = now_us.saturating_sub(timeline.since_us);
                 (elapsed_us as f64 / self.plan.stop.after_us as f64).min(1.0)
             }
-            Phase::SwitchingOff | Phase::Over => 1.0,
+            Phase::Parking | Phase::SwitchingOff | Phase::Over => 1.0,
         }
     }
 

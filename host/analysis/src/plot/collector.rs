@@ -112,9 +112,11 @@ impl Collector {
     /// Adds a command as a mark, unless the curves show it.
     fn command(&mut self, command: &Command) {
         let text = match command {
-            Command::Arm { .. } | Command::Idle | Command::Release | Command::ClearFault => {
-                enum_names::command(command)
-            }
+            Command::Arm { .. }
+            | Command::Idle
+            | Command::Park
+            | Command::Release
+            | Command::ClearFault => enum_names::command(command),
             Command::Follow(_) => "motion",
             Command::Experiment(_) => "experiment",
             Command::Torque(_) => "torque",

@@ -39,10 +39,20 @@ pub(super) fn beside(name: &str, run: &Collected) -> Option<String> {
 fn sentence(run: &Collected) -> Option<String> {
     let result = at_setpoints(&run.summary).or_else(|| tracking(&run.summary));
     let result = result.map(|result| result + &pushes(&run.summary));
-    match (result, floats(run)) {
-        (Some(result), Some(floats)) => Some(format!("{result}; it {floats}")),
-        (result, floats) => result.or(floats),
-    }
+    let parts = [result, floats(run), parks(run)];
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
+    (!parts.is_empty()).then(|| parts.join("; it "))
+}
+
+/// Times of the first park and of its end, if it ended with motors off.
+fn parks(run: &Collected) -> Option<String> {
+    let [park, idle] = [Mode::Running(Drive::Park), Mode::Idle].map(enum_names::mode);
+    let mut modes = run.modes.iter().skip_while(|(_, mode)| *mode != park);
+    let (start_s, _) = modes.next()?;
+    let (end_s, _) = modes.find(|(_, mode)| *mode == idle)?;
+    Some(format!(
+        "is parked from {start_s:.2} s on and let go at {end_s:.2} s"
+    ))
 }
 
 /// Time from which the arm floats, if it does.

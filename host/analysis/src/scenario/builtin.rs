@@ -44,6 +44,7 @@ pub const BUILTINS: &[Builtin] = builtin![
     "hold",
     "float",
     "teach",
+    "park",
     "friction",
     "free-fall",
     "staircase",

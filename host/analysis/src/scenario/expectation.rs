@@ -2,7 +2,7 @@
 
 use armbridge_client::experiment_text;
 use armbridge_link::experiment::{Conclusion, ExperimentEnd};
-use armbridge_link::message::Record;
+use armbridge_link::message::{Drive, Mode, Record};
 use armbridge_log::summary::{PushTally, Settling, Summary, Tally};
 use armbridge_servo::JOINTS;
 use armbridge_sim::plant::{Lead, Push};
@@ -22,8 +22,37 @@ pub struct ExpectationMonitor {
     recovery: Option<PushTally>,
     slowest_s: f64,
     stay: StayMonitor,
+    park: ParkMonitor,
     /// Conclusions of experiments.
     ends: Vec<Conclusion>,
+}
+
+/// Duration of the slowest park.
+#[derive(Clone, Copy, Debug, Default)]
+struct ParkMonitor {
+    since_us: Option<u64>,
+    slowest_us: Option<u64>,
+    has_failed: bool,
+}
+
+impl ParkMonitor {
+    fn on_record(&mut self, now_us: u64, mode: Mode) {
+        if mode.drive() == Some(Drive::Park) {
+            self.since_us.get_or_insert(now_us);
+        } else if let Some(since_us) = self.since_us.take() {
+            let lasted_us = now_us.saturating_sub(since_us);
+            self.slowest_us = self.slowest_us.max(Some(lasted_us));
+            self.has_failed |= mode != Mode::Idle;
+        }
+    }
+
+    /// Infinite without a park, and where one has not ended with motors off.
+    fn slowest_s(&self) -> f64 {
+        let slowest_us = self
+            .slowest_us
+            .filter(|_| !self.has_failed && self.since_us.is_none());
+        slowest_us.map_or(f64::INFINITY, |slowest_us| slowest_us as f64 * 1e-6)
+    }
 }
 
 impl ExpectationMonitor {
@@ -37,6 +66,7 @@ impl ExpectationMonitor {
             recovery: None,
             slowest_s: 0.0,
             stay: StayMonitor::new(leads),
+            park: ParkMonitor::default(),
             ends: Vec::new(),
         }
     }
@@ -51,6 +81,7 @@ impl ExpectationMonitor {
         let begun_us = *self.begun_us.get_or_insert(record.input.start_us);
         let now_us = record.input.start_us.saturating_sub(begun_us);
         self.stay.on_record(now_us, record);
+        self.park.on_record(now_us, record.mode);
         let next = self.pushes.get(self.next).copied();
         let begun = next.filter(|push| now_us >= push.start_ns / 1_000);
         let begun = begun.map(|push| Push {
@@ -119,6 +150,11 @@ impl ExpectationMonitor {
                     };
                     format!("an arm of which a hand lets go {found}, not within {limit} rad")
                 },
+            ),
+            miss(
+                expect.parks_within_s,
+                Some(self.park.slowest_s()),
+                |found, limit| format!("parking {}, not {limit} s", seconds(found)),
             ),
             miss(expect.torque_within_nm, Some(torque_nm), |found, limit| {
                 format!("a joint's torque is {found:.3} N m, not within {limit} N m")

@@ -124,6 +124,7 @@ pub(super) struct StepKeys {
     pub(super) experiment: Option<Experiment>,
     pub(super) float: Option<bool>,
     pub(super) set: Option<Table>,
+    pub(super) park: Option<bool>,
     pub(super) idle: Option<bool>,
     pub(super) arm: Option<bool>,
 }
@@ -212,6 +213,9 @@ pub struct Expect {
     /// After every hand has let go, both joints stay within this of where it left them, until the
     /// next hand, or for as long as the arm floats.
     pub stays_within_rad: Option<f64>,
+    /// Time from the beginning of every park, of which there is at least one, to motors off
+    /// without a fault.
+    pub parks_within_s: Option<f64>,
     /// Largest torque of either joint.
     pub torque_within_nm: Option<f64>,
     /// End of every experiment, of which there is at least one.

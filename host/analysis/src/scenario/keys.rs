@@ -206,10 +206,16 @@ pub const KEYS: KeyTable = KeyTable {
             "Action: make the arm weightless, for a hand to lead. Only true.",
         ),
         Key::new(
+            "step.park",
+            Kind::Switch,
+            "Action: move the arm to the pose of `park.angle_rad`, lower it there, and disarm. Only \
+             true.",
+        ),
+        Key::new(
             "step.set",
             Kind::Parameters,
-            "Action: change of parameters under torque, as one group; not `limits.*` and not \
-             `setup.period_us`, which belong into `[set]`.",
+            "Action: change of parameters under torque, as one group; not `limits.*`, \
+             `park.*` and `setup.period_us`, which belong into `[set]`.",
         ),
         Key::new(
             "step.idle",
@@ -219,7 +225,7 @@ pub const KEYS: KeyTable = KeyTable {
         Key::new(
             "step.arm",
             Kind::Switch,
-            "Action: arm again after `idle`. Only true.",
+            "Action: arm again after `idle` or `park`. Only true.",
         ),
         Key::new("stop", Kind::Table, "The end of the run. Required."),
         seconds(
@@ -277,6 +283,11 @@ pub const KEYS: KeyTable = KeyTable {
              the next hand, or for as long as the arm floats.",
         )
         .unit("rad"),
+        expectation(
+            "expect.parks_within_s",
+            "Every park, of which there is at least one, ends after this time, without a fault.",
+        )
+        .unit("s"),
         expectation("expect.torque_within_nm", "Largest torque of either joint.").unit("N m"),
         Key::new(
             "expect.experiments_end",

@@ -174,7 +174,7 @@ impl PreviewBuilder {
                 Command::Experiment(plan) => self.experiment(plan, rest, time_s),
                 Command::Regulate(_) => self.jump(time_s),
                 Command::Follow(_) => self.follow(time_s),
-                Command::Idle => {
+                Command::Idle | Command::Park => {
                     self.source.clear();
                     [JointPreview::UNKNOWN; JOINTS]
                 }

@@ -128,6 +128,7 @@ impl ReferenceSource {
                     *self = Self::unknown(rest.unwrap_or(self.guess_rad));
                 }
                 Command::Idle
+                | Command::Park
                 | Command::Arm { .. }
                 | Command::Stream { .. }
                 | Command::Prepare

@@ -141,7 +141,7 @@ impl DryRun {
             ..
         } = planned;
         match &step.action {
-            Action::Command(command) if **command == Command::Idle => {
+            Action::Command(command) if matches!(**command, Command::Idle | Command::Park) => {
                 self.idle_since_s = Some(step.at_us as f64 * 1e-6);
                 self.reference.clear();
             }
@@ -184,6 +184,7 @@ impl StepKeys {
             ("experiment", self.experiment.is_some()),
             ("float", self.float.is_some()),
             ("set", self.set.is_some()),
+            ("park", self.park.is_some()),
             ("idle", self.idle.is_some()),
             ("arm", self.arm.is_some()),
         ];
@@ -255,9 +256,10 @@ impl StepKeys {
         if let Some(table) = &self.set {
             return change_under_torque(at, table).map(Action::Change);
         }
-        match (self.float, self.idle, self.arm) {
+        match (self.float, self.park, self.idle, self.arm) {
             (Some(true), ..) => Ok(Action::Command(Box::new(Command::Float))),
-            (_, Some(true), _) => Ok(Action::Command(Box::new(Command::Idle))),
+            (_, Some(true), ..) => Ok(Action::Command(Box::new(Command::Park))),
+            (_, _, Some(true), _) => Ok(Action::Command(Box::new(Command::Idle))),
             (.., Some(true)) => Ok(Action::Arm),
             _ => Err(Mistake::new(
                 at.clone(),
@@ -299,7 +301,9 @@ fn points(at: &KeyPath, keys: &[ViaKeys]) -> Result<Vec<Point>, Mistake> {
 
 fn change_under_torque(at: &KeyPath, table: &Table) -> Result<Change, Mistake> {
     let set = pairs(table);
-    let is_fixed = |key: &str| key.starts_with("limits.") || key == "setup.period_us";
+    let is_fixed = |key: &str| {
+        key.starts_with("limits.") || key.starts_with("park.") || key == "setup.period_us"
+    };
     if let Some((key, _)) = set.iter().find(|(key, _)| is_fixed(key)) {
         let message = "this can be set only while the arm is idle: put it into `[set]`";
         return Err(Mistake::new(at.key(key), message));

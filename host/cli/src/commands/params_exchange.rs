@@ -188,6 +188,7 @@ fn name(command: Command) -> &'static str {
         Command::Configure(_) => "the set-up",
         Command::Save => "to save",
         Command::Idle
+        | Command::Park
         | Command::Arm { .. }
         | Command::Torque(_)
         | Command::Regulate(_)

@@ -39,7 +39,7 @@ impl CommandKind {
             Command::Configure(_) | Command::Limit(_) => Self::Change,
             Command::Arm { .. } => Self::Drive,
             command if command.is_drive() => Self::Drive,
-            Command::Idle => Self::Disarm,
+            Command::Idle | Command::Park => Self::Disarm,
             Command::ClearFault => Self::Clear,
             _ => Self::Other,
         }

@@ -39,11 +39,13 @@ pub enum Service {
     Upright,
     /// Arm if need be, and make the arm weightless, for a hand to lead.
     Float,
+    /// Move the arm to its pose, lower it there, and disarm.
+    Park,
 }
 
 impl Service {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Stop,
         Self::Disarm,
         Self::ClearFault,
@@ -51,6 +53,7 @@ impl Service {
         Self::Hold,
         Self::Upright,
         Self::Float,
+        Self::Park,
     ];
 
     /// Its name.
@@ -63,6 +66,7 @@ impl Service {
             Self::Hold => "/hold",
             Self::Upright => "/upright",
             Self::Float => "/float",
+            Self::Park => "/park",
         }
     }
 
@@ -74,7 +78,7 @@ impl Service {
     /// Whether motors may come on by it.
     pub fn energises(self) -> bool {
         match self {
-            Self::Stop | Self::Disarm | Self::ClearFault => false,
+            Self::Stop | Self::Disarm | Self::ClearFault | Self::Park => false,
             Self::Arm | Self::Hold | Self::Upright | Self::Float => true,
         }
     }
@@ -100,6 +104,7 @@ impl Service {
                 duration_s: None,
             })),
             Self::Float => drive(Command::Float),
+            Self::Park => vec![Request::Command(Command::Park)],
         }
     }
 
@@ -108,6 +113,7 @@ impl Service {
         match self {
             Self::Stop => matches!(mode, Mode::Fault(_)),
             Self::Disarm => !mode.is_armed(),
+            Self::Park => !mode.is_armed() || mode.drive() == Some(Drive::Park),
             Self::ClearFault => !matches!(mode, Mode::Fault(_)),
             Self::Arm => mode.is_armed(),
             Self::Hold | Self::Upright => mode.drive().is_some(),
@@ -118,7 +124,7 @@ impl Service {
     fn command_kind(self) -> Option<CommandKind> {
         match self {
             Self::Stop => None,
-            Self::Disarm => Some(CommandKind::Disarm),
+            Self::Disarm | Self::Park => Some(CommandKind::Disarm),
             Self::ClearFault => Some(CommandKind::Clear),
             Self::Arm | Self::Hold | Self::Upright | Self::Float => Some(CommandKind::Drive),
         }

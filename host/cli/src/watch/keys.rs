@@ -115,7 +115,7 @@ impl Keys {
         }
         let is_command = matches!(
             key.code,
-            KeyCode::Char('a' | 'c' | 'd' | 'f' | 'r')
+            KeyCode::Char('a' | 'c' | 'd' | 'f' | 'p' | 'r')
                 | KeyCode::Left
                 | KeyCode::Right
                 | KeyCode::Down
@@ -132,6 +132,7 @@ impl Keys {
                 None
             }
             KeyCode::Char('d') => Some(Action::Request(Request::Command(Command::Idle))),
+            KeyCode::Char('p') => self.park(model),
             KeyCode::Char('c') => self.clear(model),
             KeyCode::Char('a') => self.ask(arming(model)),
             KeyCode::Char('r') => self.ask(regulating(model)),
@@ -206,6 +207,15 @@ impl Keys {
                 vec![]
             }
         }
+    }
+
+    fn park(&mut self, model: &Model) -> Option<Action> {
+        let settings = model.board.settings;
+        if settings.is_some_and(|settings| settings.limits.park.is_some()) {
+            return Some(Action::Request(Request::Command(Command::Park)));
+        }
+        self.note = Some("no pose to park in: set park.kind and park.angle_rad; d disarms");
+        None
     }
 
     fn clear(&mut self, model: &Model) -> Option<Action> {

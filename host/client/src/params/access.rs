@@ -3,6 +3,7 @@
 
 use core::fmt;
 
+use armbridge_link::limits::Milliradians;
 use armbridge_link::message::Settings;
 use armbridge_servo::JOINTS;
 use toml::Value;
@@ -70,6 +71,22 @@ impl Number for f32 {
 
     fn rounding(&self) -> fn(f64) -> f64 {
         |number| f64::from(number as f32)
+    }
+}
+
+/// Shown in rad.
+impl Number for Milliradians {
+    fn read(&self) -> Value {
+        // The nearest to this many thousandths.
+        Value::Float(f64::from(self.0) / 1_000.0)
+    }
+
+    fn write(&mut self, number: f64) {
+        *self = Self((number * 1_000.0).round() as i16);
+    }
+
+    fn rounding(&self) -> fn(f64) -> f64 {
+        |number| (number * 1_000.0).round() / 1_000.0
     }
 }
 

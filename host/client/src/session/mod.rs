@@ -28,6 +28,7 @@ pub use command_link::{BoardMessage, CommandLink, LinkStats};
 
 use std::collections::VecDeque;
 
+use armbridge_board::bridge::limits::PARK_US;
 use armbridge_link::message::{BoardReport, Command, Mode, Refusal, ToBoard, ToHost};
 use armbridge_link::server::LinkRole;
 
@@ -51,6 +52,8 @@ const STOP_INTERVAL_US: u64 = 20_000;
 /// Timeout of the acknowledgement of disarming; the session
 /// ends without it.
 const LEAVE_TIMEOUT_US: u64 = 1_000_000;
+/// Longest time in µs that a board takes to park the arm, and a second.
+pub const PARK_TIMEOUT_US: u64 = PARK_US + 1_000_000;
 /// Capacity of the queue of requests; further ones, from a program that ignores the
 /// replies, are dropped.
 const QUEUE_MAX: usize = 64;
@@ -67,7 +70,7 @@ pub enum Request {
     Arm,
     /// Emergency stop, at once.
     Stop,
-    /// Disarm, send a goodbye, and end.
+    /// Park the arm or disarm, send a goodbye when that is done, and end.
     Leave,
 }
 
@@ -76,8 +79,10 @@ pub enum Request {
 enum Leaving {
     #[default]
     No,
-    /// The board is asked to disarm; with the timeout.
+    /// The board is asked to park the arm, or to disarm; with the timeout.
     Disarming(u64),
+    /// The board parks the arm; with the timeout.
+    Parking(u64),
     /// The goodbye is the next message.
     Goodbye,
     /// The goodbye has been sent.
@@ -165,7 +170,7 @@ impl Session {
             Some(Mode::Passthrough) => Leaving::Gone,
             _ if !self.link.is_greeted() || self.status.is_observer() => Leaving::Goodbye,
             Some(_) | None => {
-                self.command(Command::Idle);
+                self.command(Command::Park);
                 Leaving::Disarming(now_us + LEAVE_TIMEOUT_US)
             }
         };
@@ -176,7 +181,7 @@ impl Session {
     /// # Errors
     /// If no board has answered the first hello in 3 s.
     pub fn transmit(&mut self, now_us: u64) -> Result<&[u8], SessionError> {
-        if let Leaving::Disarming(until_us) = self.leaving
+        if let Leaving::Disarming(until_us) | Leaving::Parking(until_us) = self.leaving
             && now_us >= until_us
         {
             self.leaving = Leaving::Goodbye;
@@ -187,7 +192,7 @@ impl Session {
                 return Ok(self.link.goodbye());
             }
             Leaving::Gone => return Ok(&[]),
-            Leaving::No | Leaving::Disarming(_) => {}
+            Leaving::No | Leaving::Disarming(_) | Leaving::Parking(_) => {}
         }
         let since_us = *self.waiting_since_us.get_or_insert(now_us);
         if !self.was_greeted && now_us - since_us > HELLO_TIMEOUT_US {
@@ -250,7 +255,7 @@ impl Session {
         let stop_us = self.stopping.map_or(u64::MAX, |(_, next_us)| next_us);
         let leave_us = match self.leaving {
             Leaving::No => u64::MAX,
-            Leaving::Disarming(until_us) => until_us,
+            Leaving::Disarming(until_us) | Leaving::Parking(until_us) => until_us,
             Leaving::Goodbye | Leaving::Gone => 0,
         };
         let queue_us = match self.queue.front() {
@@ -304,7 +309,7 @@ impl Session {
                 self.was_greeted = true;
                 self.status.take(&ToHost::Hello(hello));
             }
-            BoardMessage::Done => self.finish_request(Ok(())),
+            BoardMessage::Done => self.finish_request(now_us, Ok(())),
             BoardMessage::Refused(Refusal::OtherSession)
                 if (1..ARM_ATTEMPTS).contains(&self.arm_attempts) =>
             {
@@ -313,7 +318,7 @@ impl Session {
                     return Ok(false);
                 }
             }
-            BoardMessage::Refused(refusal) => self.finish_request(Err(refusal)),
+            BoardMessage::Refused(refusal) => self.finish_request(now_us, Err(refusal)),
             BoardMessage::Other(message) => {
                 let before = self.status.report;
                 self.status.take(&message);
@@ -329,17 +334,33 @@ impl Session {
                     }
                     _ => {}
                 }
+                if matches!(self.leaving, Leaving::Parking(_)) && !self.is_driven() {
+                    self.leaving = Leaving::Goodbye;
+                }
             }
         }
         Ok(true)
     }
 
-    fn finish_request(&mut self, answer: Result<(), Refusal>) {
+    fn finish_request(&mut self, now_us: u64, answer: Result<(), Refusal>) {
         self.arm_attempts = 0;
         self.answer = Some(answer);
         if let Leaving::Disarming(_) = self.leaving {
-            self.leaving = Leaving::Goodbye;
+            let settings = self.status.settings;
+            let has_pose = settings.is_some_and(|settings| settings.limits.park.is_some());
+            self.leaving = if has_pose && answer.is_ok() && self.is_driven() {
+                Leaving::Parking(now_us + PARK_TIMEOUT_US)
+            } else {
+                Leaving::Goodbye
+            };
         }
+    }
+
+    /// Whether the motors are driven, as far as the board's records show.
+    fn is_driven(&self) -> bool {
+        self.status
+            .mode()
+            .is_some_and(|mode| mode.drive().is_some())
     }
 
     /// Drops the requests; an ongoing end of the session continues.
@@ -368,7 +389,9 @@ impl Session {
         self.leaving = match self.leaving {
             Leaving::No => Leaving::No,
             // No goodbye can be sent; the board switches off when its host is silent.
-            Leaving::Disarming(_) | Leaving::Goodbye | Leaving::Gone => Leaving::Gone,
+            Leaving::Disarming(_) | Leaving::Parking(_) | Leaving::Goodbye | Leaving::Gone => {
+                Leaving::Gone
+            }
         };
     }
 

@@ -366,6 +366,9 @@ pub enum Mode {
     /// The arm floats, led by a hand, and the same with a sample missing.
     Float = 16,
     FloatDegraded = 17,
+    /// The board parks the arm, and the same with a sample missing.
+    Park = 18,
+    ParkDegraded = 19,
 }
 impl Mode {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -392,6 +395,8 @@ impl Mode {
             Self::MotorCheck => "MODE_MOTOR_CHECK",
             Self::Float => "MODE_FLOAT",
             Self::FloatDegraded => "MODE_FLOAT_DEGRADED",
+            Self::Park => "MODE_PARK",
+            Self::ParkDegraded => "MODE_PARK_DEGRADED",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -415,6 +420,8 @@ impl Mode {
             "MODE_MOTOR_CHECK" => Some(Self::MotorCheck),
             "MODE_FLOAT" => Some(Self::Float),
             "MODE_FLOAT_DEGRADED" => Some(Self::FloatDegraded),
+            "MODE_PARK" => Some(Self::Park),
+            "MODE_PARK_DEGRADED" => Some(Self::ParkDegraded),
             _ => None,
         }
     }

@@ -47,9 +47,10 @@ impl Board {
         &self.control_loop
     }
 
-    /// A hello, received in this mode.
+    /// A hello, received in this mode. The loop goes on while the arm is parked.
     pub(super) fn begin_session(&mut self, mode: Mode) {
         match mode {
+            Mode::Running(_) | Mode::Degraded(_) => {}
             Mode::Fault(_) => self.control_loop.reset_estimate(),
             _ => self.control_loop.restart(),
         }
@@ -122,6 +123,7 @@ impl Board {
                 Ok(())
             }
             ValidatedCommand::Idle
+            | ValidatedCommand::Park
             | ValidatedCommand::StartPoint
             | ValidatedCommand::Prepare
             | ValidatedCommand::Release

@@ -333,7 +333,9 @@ impl Replayer {
             self.settings = settings;
         }
         self.board.begin_session(moment.mode);
-        self.restart();
+        if moment.mode.drive().is_none() {
+            self.restart();
+        }
         Ok(())
     }
 }

@@ -93,7 +93,8 @@ fn kind(record: &Record) -> Option<ExperimentKind> {
         | Drive::Regulate
         | Drive::Track
         | Drive::Hold
-        | Drive::Float => None,
+        | Drive::Float
+        | Drive::Park => None,
     }
 }
 

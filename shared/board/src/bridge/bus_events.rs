@@ -142,5 +142,12 @@ impl<B: Bus> Bridge<'_, B> {
         if let (Some(violation), true) = (violation, self.core.state().is_armed()) {
             self.trip(violation);
         }
+        let is_nearly_hot = {
+            let (firmware, limits) = (self.sequencer.firmware(), self.core.config().limits());
+            limits.park.is_some() && self.temperatures.is_nearly_hot(joint, firmware, limits)
+        };
+        if is_nearly_hot && self.core.state().is_driven() {
+            self.leave();
+        }
     }
 }

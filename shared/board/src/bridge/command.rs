@@ -16,6 +16,8 @@ use armbridge_servo::JOINTS;
 pub enum ValidatedCommand {
     /// Torque off.
     Idle,
+    /// Park the arm.
+    Park,
     /// Arm; the session has been checked.
     Arm,
     /// Report the start point of a motion.
@@ -55,6 +57,7 @@ pub fn validate(
     };
     match command {
         Command::Idle => Ok(ValidatedCommand::Idle),
+        Command::Park => Ok(ValidatedCommand::Park),
         Command::Arm { session: stated } if stated != session => Err(Refusal::OtherSession),
         Command::Arm { .. } => arm_refusal.map_or(Ok(ValidatedCommand::Arm), Err),
         Command::Torque(torque) => within(torque, hard::TORQUE_NM)

@@ -6,7 +6,7 @@ use super::Bridge;
 use super::app_core::BusFacts;
 use super::channels::{HostRequest, Notification};
 use super::command::ValidatedCommand;
-use crate::supervisor::{Event, State};
+use crate::supervisor::State;
 use armbridge_link::message::{Fault, Refusal, StopSource};
 use armbridge_link::record::Violation;
 use armbridge_servo::Firmware;
@@ -31,8 +31,7 @@ impl<B: Bus> Bridge<'_, B> {
             }
         }
         if has_left {
-            // Never refused.
-            let _ = self.apply(Event::Disarm);
+            self.leave();
         }
     }
 
@@ -48,15 +47,21 @@ impl<B: Bus> Bridge<'_, B> {
         }
         if signals.hello {
             if signals.goodbye {
-                // Never refused.
-                let _ = self.apply(Event::Disarm);
+                self.leave();
             }
             self.begin_session();
         }
         signals.goodbye && !signals.hello
     }
 
-    /// Takes a hello of the host, which disarms.
+    /// Parks or disarms: the host has left, or a servo is nearly too hot.
+    pub(super) fn leave(&mut self) {
+        // Never refused.
+        let _ = self.core.leave();
+        self.apply_core_actions();
+    }
+
+    /// Takes a hello of the host, which parks or disarms.
     fn begin_session(&mut self) {
         self.core.begin_session();
         self.apply_core_actions();

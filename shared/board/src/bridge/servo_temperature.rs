@@ -6,6 +6,8 @@
 //! baseline; otherwise each would allow another step. A reading at either end of the
 //! converter is a sensor that is open or shorted, and no baseline.
 //!
+//! An arm with a pose for it is parked when a servo comes near a limit, by that same margin.
+//!
 //! A servo that was too hot must have come down by a margin before its fault is cleared, and
 //! be within its limits before the board is armed.
 
@@ -75,6 +77,12 @@ impl Temperatures {
         })
     }
 
+    /// Whether the latest reading of this joint's servo is within the margin of a limit.
+    pub(super) fn is_nearly_hot(&self, joint: usize, firmware: Firmware, limits: &Limits) -> bool {
+        let readings = self.servos.get(joint).copied().flatten();
+        readings.is_some_and(|readings| readings.is_near_limit(firmware, limits))
+    }
+
     /// Forgets the readings of a servo that was powered up again.
     pub(super) fn power_up(&mut self, joint: usize) {
         if let Some(readings) = self.servos.get_mut(joint) {
@@ -129,19 +137,32 @@ impl Readings {
         }
     }
 
+    /// Whether the latest reading is within the margin of a limit, or beyond it.
+    fn is_near_limit(self, firmware: Firmware, limits: &Limits) -> bool {
+        let (value, [low, high]) = (self.latest, self.limits(firmware, limits));
+        let margin = margin(firmware, limits);
+        value > high.saturating_sub(margin) || (low > 0 && value < low.saturating_add(margin))
+    }
+
     /// Whether the latest reading has come back, by the margin, from the side on which it
     /// exceeded a limit.
     fn has_cooled(self, firmware: Firmware, limits: &Limits) -> bool {
         let (value, [low, high]) = (self.latest, self.limits(firmware, limits));
-        let margin = match firmware {
-            Firmware::Stock => COOLED_C,
-            Firmware::Morpheus => limits.temperature_drift_counts / COOLED_SHARE,
-        };
+        let margin = margin(firmware, limits);
         match self.exceeded {
             None => true,
             Some(Side::Above) => value <= high.saturating_sub(margin),
             Some(Side::Below) => value >= low.saturating_add(margin),
         }
+    }
+}
+
+/// Distance from a limit to which a servo that exceeded it must have come back, and at which an
+/// arm is parked before one does.
+fn margin(firmware: Firmware, limits: &Limits) -> u16 {
+    match firmware {
+        Firmware::Stock => COOLED_C,
+        Firmware::Morpheus => limits.temperature_drift_counts / COOLED_SHARE,
     }
 }
 

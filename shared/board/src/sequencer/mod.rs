@@ -225,17 +225,18 @@ impl<B: Bus> BusSequencer<B> {
                 | Permission::Off
                 | Permission::Armed
                 | Permission::MotorCheck
-                | Permission::Drive,
+                | Permission::Drive
+                | Permission::Park,
             )
             | (State::ForceOff, Permission::Off | Permission::Armed)
-            | (State::Drive, Permission::MotorCheck | Permission::Drive) => {}
+            | (State::Drive, Permission::MotorCheck | Permission::Drive | Permission::Park) => {}
             (State::Search(SearchStep::SetUp(step)), Permission::Passthrough)
                 if step.is_restore() => {}
             (State::Drive, Permission::Off | Permission::Armed) => {
                 self.state = State::ForceOff;
                 self.off.begin(now_us, false);
             }
-            (State::ForceOff, Permission::MotorCheck | Permission::Drive) => {
+            (State::ForceOff, Permission::MotorCheck | Permission::Drive | Permission::Park) => {
                 self.state = State::Drive;
             }
             (State::Search(_) | State::ForceOff | State::Drive, Permission::Passthrough) => {

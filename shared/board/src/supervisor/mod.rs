@@ -18,14 +18,20 @@
 //! Armed        --Drive-->       Running       Energise
 //! Armed        --Disarm-->      Idle          SwitchOff
 //! Armed        --Tripped-->     Fault         Halt
+//! Running      --Park-->        Parking       Keep
 //! Running      --SampleLost-->  Degraded      Keep
 //! Running      --ZeroTorque-->  Armed         SwitchOff
 //! Running      --Disarm-->      Idle          SwitchOff
 //! Running      --Tripped-->     Fault         Halt
+//! Degraded     --Park-->        Parking       Keep
 //! Degraded     --SamplesBack--> Running       Keep
 //! Degraded     --ZeroTorque-->  Armed         SwitchOff
 //! Degraded     --Disarm-->      Idle          SwitchOff
 //! Degraded     --Tripped-->     Fault         Halt
+//! Parking      --Drive-->       Running       Keep
+//! Parking      --Parked-->      Idle          SwitchOff
+//! Parking      --Disarm-->      Idle          SwitchOff
+//! Parking      --Tripped-->     Fault         Halt
 //! Passthrough  --ClientLeft-->  Boot          Search
 //! Passthrough  --Disarm-->      Boot          Search
 //! Passthrough  --Tripped-->     Fault         Halt
@@ -48,7 +54,8 @@
 //!
 //! # Paths to a driven motor
 //!
-//! Motors are driven for the host in [`State::Running`] and [`State::Degraded`] alone; the path
+//! Motors are driven for the host in [`State::Running`] and [`State::Degraded`] alone, and by the
+//! board itself in [`State::Parking`], which follows on these; the path
 //! leads through [`State::Armed`], which only a command of the host enters: by way of
 //! [`State::MotorCheck`], unless the motors have been checked since bring-up and the last
 //! change of the calibration. A
@@ -98,16 +105,17 @@ pub struct Supervisor {
     trip: Option<Trip>,
 }
 
-/// Code words: Walsh functions, with the index of the state in the last three bits.
+/// Code words: Walsh functions, with the index of the state in the last four bits.
 const WORDS: [(State, u32); STATES.len()] = [
     (State::Boot, 0x5555_5550),
     (State::Idle, 0x3333_3331),
     (State::Armed, 0x6666_6662),
-    (State::Running, 0x0F0F_0F0B),
-    (State::Degraded, 0x5A5A_5A5C),
-    (State::Passthrough, 0x3C3C_3C3D),
-    (State::Fault, 0x6969_696E),
-    (State::MotorCheck, 0x00FF_00FF),
+    (State::Running, 0x0F0F_0F03),
+    (State::Degraded, 0x5A5A_5A54),
+    (State::Passthrough, 0x3C3C_3C35),
+    (State::Fault, 0x6969_6966),
+    (State::MotorCheck, 0x00FF_00F7),
+    (State::Parking, 0x55AA_55A8),
 ];
 
 impl Default for Supervisor {
@@ -140,6 +148,7 @@ impl Supervisor {
             State::MotorCheck => Permission::MotorCheck,
             State::Armed => Permission::Armed,
             State::Running | State::Degraded => Permission::Drive,
+            State::Parking => Permission::Park,
         }
     }
 
@@ -194,6 +203,7 @@ impl Supervisor {
             State::MotorCheck => Mode::MotorCheck,
             State::Armed => Mode::Armed,
             State::Running => Mode::Running(drive),
+            State::Parking => Mode::Running(Drive::Park),
             State::Degraded => Mode::Degraded(drive),
             State::Passthrough => Mode::Passthrough,
             State::Fault => Mode::Fault(self.fault().unwrap_or(Fault::Corrupted)),
@@ -217,6 +227,7 @@ impl State {
             Self::Passthrough => WORDS[5].1,
             Self::Fault => WORDS[6].1,
             Self::MotorCheck => WORDS[7].1,
+            Self::Parking => WORDS[8].1,
         }
     }
 }

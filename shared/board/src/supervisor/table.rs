@@ -22,6 +22,8 @@ pub enum State {
     Fault,
     /// The motors are checked, before the first command.
     MotorCheck,
+    /// The board parks the arm: the motors are driven, without the host.
+    Parking,
 }
 
 /// An event, from the bus, the control loop, the host or a client.
@@ -40,6 +42,11 @@ pub enum Event {
     Brake,
     /// The host is silent while torque is constant: zero torque.
     ZeroTorque,
+    /// The host has the arm parked, leaves it or is silent, its command has expired, or a servo is
+    /// nearly too hot: park the arm, which has a pose for it.
+    Park,
+    /// The arm has been parked.
+    Parked,
     /// A client sends on the transparent port.
     ClientCame,
     /// The client has closed the port.
@@ -99,7 +106,7 @@ enum Cell {
     No(Refusal),
 }
 
-pub(super) const STATES: [State; 8] = [
+pub(super) const STATES: [State; 9] = [
     State::Boot,
     State::Idle,
     State::Armed,
@@ -108,6 +115,7 @@ pub(super) const STATES: [State; 8] = [
     State::Passthrough,
     State::Fault,
     State::MotorCheck,
+    State::Parking,
 ];
 
 const EVENTS: usize = Event::ClearFault as usize + 1;
@@ -118,32 +126,35 @@ const TABLE: [[Cell; STATES.len()]; EVENTS] = {
     use Cell::{Go, No, Stay};
     use Refusal::{Busy, Disarmed, Faulted, NotIdle, NotReady};
     use State::{
-        Armed, Boot, Degraded, Fault, Idle, MotorCheck as Check, Passthrough as Pass, Running,
+        Armed, Boot, Degraded, Fault, Idle, MotorCheck as Check, Parking, Passthrough as Pass,
+        Running,
     };
     const BUS: Refusal = Refusal::Passthrough;
     #[rustfmt::skip]
     let table = [
-        //                   Boot                Idle                   Armed                  Running             Degraded            Passthrough      Fault            MotorCheck
-        /* BusReady      */ [Go(Idle, Keep),     Stay,                  Stay,                  Stay,               Stay,               Stay,            Stay,            Stay],
+        //                   Boot                Idle                   Armed                  Running             Degraded            Passthrough      Fault            MotorCheck           Parking
+        /* BusReady      */ [Go(Idle, Keep),     Stay,                  Stay,                  Stay,               Stay,               Stay,            Stay,            Stay,                Stay],
         // The first cause is kept: later ones are often its consequence.
-        /* Tripped       */ [Go(Fault, Halt),    Go(Fault, Halt),       Go(Fault, Halt),       Go(Fault, Halt),    Go(Fault, Halt),    Go(Fault, Halt), Stay,            Go(Fault, Halt)],
-        /* SampleLost    */ [Stay,               Stay,                  Stay,                  Go(Degraded, Keep), Stay,               Stay,            Stay,            Stay],
-        /* SamplesBack   */ [Stay,               Stay,                  Stay,                  Stay,               Go(Running, Keep),  Stay,            Stay,            Stay],
-        /* Brake         */ [Stay,               Stay,                  Stay,                  Go(Running, Hold),  Go(Degraded, Hold), Stay,            Stay,            Stay],
-        /* ZeroTorque    */ [Stay,               Stay,                  Stay,                  Go(Armed, Off),     Go(Armed, Off),     Stay,            Stay,            Stay],
-        /* ClientCame    */ [Go(Pass, HandOver), Go(Pass, HandOver),    Stay,                  Stay,               Stay,               Stay,            Stay,            Stay],
-        /* ClientLeft    */ [Stay,               Stay,                  Stay,                  Stay,               Stay,               Go(Boot, Find),  Stay,            Stay],
+        /* Tripped       */ [Go(Fault, Halt),    Go(Fault, Halt),       Go(Fault, Halt),       Go(Fault, Halt),    Go(Fault, Halt),    Go(Fault, Halt), Stay,            Go(Fault, Halt),     Go(Fault, Halt)],
+        /* SampleLost    */ [Stay,               Stay,                  Stay,                  Go(Degraded, Keep), Stay,               Stay,            Stay,            Stay,                Stay],
+        /* SamplesBack   */ [Stay,               Stay,                  Stay,                  Stay,               Go(Running, Keep),  Stay,            Stay,            Stay,                Stay],
+        /* Brake         */ [Stay,               Stay,                  Stay,                  Go(Running, Hold),  Go(Degraded, Hold), Stay,            Stay,            Stay,                Stay],
+        /* ZeroTorque    */ [Stay,               Stay,                  Stay,                  Go(Armed, Off),     Go(Armed, Off),     Stay,            Stay,            Stay,                Stay],
+        /* Park          */ [Stay,               Stay,                  Stay,                  Go(Parking, Keep),  Go(Parking, Keep),  Stay,            Stay,            Stay,                Stay],
+        /* Parked        */ [Stay,               Stay,                  Stay,                  Stay,               Stay,               Stay,            Stay,            Stay,                Go(Idle, Off)],
+        /* ClientCame    */ [Go(Pass, HandOver), Go(Pass, HandOver),    Stay,                  Stay,               Stay,               Stay,            Stay,            Stay,                Stay],
+        /* ClientLeft    */ [Stay,               Stay,                  Stay,                  Stay,               Stay,               Go(Boot, Find),  Stay,            Stay,                Stay],
         // Torque that is off already may have been set on by another master on the bus.
-        /* Disarm        */ [Stay,               Go(Idle, Repeat),      Go(Idle, Off),         Go(Idle, Off),      Go(Idle, Off),      Go(Boot, Find),  Go(Fault, Repeat), Go(Idle, Off)],
-        /* Arm           */ [No(NotReady),       Go(Armed, Energise),   Stay,                  Stay,               Stay,               No(BUS),         No(Faulted),     Stay],
-        /* CheckMotors   */ [No(NotReady),       Go(Check, Energise),   Stay,                  Stay,               Stay,               No(BUS),         No(Faulted),     Stay],
-        /* MotorsChecked */ [Stay,               Stay,                  Stay,                  Stay,               Stay,               Stay,            Stay,            Go(Armed, Energise)],
-        /* Drive         */ [No(NotReady),       No(Disarmed),          Go(Running, Energise), Stay,               Stay,               No(BUS),         No(Faulted),     No(Busy)],
-        /* Configure     */ [Stay,               Stay,                  Stay,                  Stay,               Stay,               Stay,            No(Faulted),     No(Busy)],
-        /* Keep          */ [Stay,               Stay,                  No(NotIdle),           No(NotIdle),        No(NotIdle),        Stay,            No(Faulted),     No(NotIdle)],
-        /* Prepare       */ [No(NotReady),       Go(Boot, Find),        No(NotIdle),           No(NotIdle),        No(NotIdle),        No(BUS),         No(Faulted),     No(NotIdle)],
-        /* Release       */ [No(NotReady),       Go(Pass, HandOver),    No(NotIdle),           No(NotIdle),        No(NotIdle),        Stay,            No(Faulted),     No(NotIdle)],
-        /* ClearFault    */ [Stay,               Stay,                  Stay,                  Stay,               Stay,               Stay,            Go(Boot, Find),  Stay],
+        /* Disarm        */ [Stay,               Go(Idle, Repeat),      Go(Idle, Off),         Go(Idle, Off),      Go(Idle, Off),      Go(Boot, Find),  Go(Fault, Repeat), Go(Idle, Off),     Go(Idle, Off)],
+        /* Arm           */ [No(NotReady),       Go(Armed, Energise),   Stay,                  Stay,               Stay,               No(BUS),         No(Faulted),     Stay,                Stay],
+        /* CheckMotors   */ [No(NotReady),       Go(Check, Energise),   Stay,                  Stay,               Stay,               No(BUS),         No(Faulted),     Stay,                Stay],
+        /* MotorsChecked */ [Stay,               Stay,                  Stay,                  Stay,               Stay,               Stay,            Stay,            Go(Armed, Energise), Stay],
+        /* Drive         */ [No(NotReady),       No(Disarmed),          Go(Running, Energise), Stay,               Stay,               No(BUS),         No(Faulted),     No(Busy),            Go(Running, Keep)],
+        /* Configure     */ [Stay,               Stay,                  Stay,                  Stay,               Stay,               Stay,            No(Faulted),     No(Busy),            Stay],
+        /* Keep          */ [Stay,               Stay,                  No(NotIdle),           No(NotIdle),        No(NotIdle),        Stay,            No(Faulted),     No(NotIdle),         No(NotIdle)],
+        /* Prepare       */ [No(NotReady),       Go(Boot, Find),        No(NotIdle),           No(NotIdle),        No(NotIdle),        No(BUS),         No(Faulted),     No(NotIdle),         No(NotIdle)],
+        /* Release       */ [No(NotReady),       Go(Pass, HandOver),    No(NotIdle),           No(NotIdle),        No(NotIdle),        Stay,            No(Faulted),     No(NotIdle),         No(NotIdle)],
+        /* ClearFault    */ [Stay,               Stay,                  Stay,                  Stay,               Stay,               Stay,            Go(Boot, Find),  Stay,                Stay],
     ];
     table
 };
@@ -166,14 +177,14 @@ impl State {
     /// Whether the motors may be driven, or soon will be.
     pub const fn is_armed(self) -> bool {
         match self {
-            Self::MotorCheck | Self::Armed | Self::Running | Self::Degraded => true,
+            Self::MotorCheck | Self::Armed | Self::Running | Self::Degraded | Self::Parking => true,
             Self::Boot | Self::Idle | Self::Passthrough | Self::Fault => false,
         }
     }
 
-    /// Whether the motors are driven for the host.
+    /// Whether the motors are driven, for the host or to park the arm.
     pub const fn is_driven(self) -> bool {
-        matches!(self, Self::Running | Self::Degraded)
+        matches!(self, Self::Running | Self::Degraded | Self::Parking)
     }
 }
 
@@ -192,6 +203,8 @@ mod tests {
         Event::SamplesBack,
         Event::Brake,
         Event::ZeroTorque,
+        Event::Park,
+        Event::Parked,
         Event::ClientCame,
         Event::ClientLeft,
         Event::Disarm,
@@ -265,6 +278,9 @@ mod tests {
                 assert_eq!((state, event), (State::Armed, Event::Drive), "{pair}");
                 assert_eq!(action, Action::Energise, "{pair}");
             }
+            if then == State::Parking && state != then {
+                assert!(state.is_driven() && event == Event::Park, "{pair}");
+            }
             if state == State::Fault && then != State::Fault {
                 assert_eq!((then, event), (State::Boot, Event::ClearFault), "{pair}");
             }
@@ -319,6 +335,7 @@ mod tests {
             "pp..p.".to_string(), // Passthrough
             "ffffff".to_string(), // Fault
             ".bbiii".to_string(), // MotorCheck
+            "...iii".to_string(), // Parking
         ];
         assert_eq!(STATES.map(letters).to_vec(), expected);
     }

@@ -166,7 +166,7 @@ impl ControlLoop {
     }
 
     /// Begins to follow `reference` from this torque.
-    fn fade_from(
+    pub(super) fn fade_from(
         &mut self,
         config: &LoopConfig,
         torque_nm: Vector2<f32>,
@@ -326,7 +326,7 @@ impl ControlLoop {
         now: Instant,
     ) {
         let was_constant = match self.drive() {
-            Drive::Torque | Drive::Experiment | Drive::Float => now.is_driven,
+            Drive::Torque | Drive::Experiment | Drive::Float | Drive::Park => now.is_driven,
             Drive::Regulate | Drive::Track | Drive::Hold => false,
         };
         self.begin_drive(now);

@@ -54,14 +54,15 @@ checked!(Words {
     commanded_us,
 });
 
-/// Code words: Walsh functions, with the index of the source in the last three bits.
-const DRIVES: [(Drive, u32); 6] = [
+/// Code words: Walsh functions, with the index of the source in the last four bits.
+const DRIVES: [(Drive, u32); 7] = [
     (Drive::Torque, 0x5555_5550),
     (Drive::Regulate, 0x3333_3331),
-    (Drive::Track, 0x0F0F_0F0A),
-    (Drive::Hold, 0x00FF_00FB),
-    (Drive::Experiment, 0x6969_696C),
-    (Drive::Float, 0x3C3C_3C3D),
+    (Drive::Track, 0x0F0F_0F02),
+    (Drive::Hold, 0x00FF_00F3),
+    (Drive::Experiment, 0x6969_6964),
+    (Drive::Float, 0x3C3C_3C35),
+    (Drive::Park, 0x5A5A_5A56),
 ];
 
 impl DriveCommand {

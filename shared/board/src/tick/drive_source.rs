@@ -10,11 +10,15 @@
 //! | setpoint, not repeated        | `setpoint_age_ms`, if any | torque ends                  |
 //! | motion, no other commanded    | `setpoint_age_ms`, if any | the reference brakes, the arm is held |
 //!
+//! Where the arm has a pose to be parked in, it is [parked](super::park) instead of a fault for
+//! silence, and of a torque that ends.
+//!
 //! An arm that is held after any of these is held at a setpoint as old as the braking. By
 //! default a motion goes on to its end, ten minutes at most, and its end is held.
 
 use super::drive_command::DriveCommand;
 use super::experiment::ActiveExperiment;
+use super::lowering::Rest;
 use super::reference::ReferenceSource;
 use super::status::{Instant, TickStatus};
 use armbridge_control::arm::State;
@@ -34,6 +38,8 @@ pub(super) struct DriveSource {
     pub(super) reference: ReferenceSource,
     /// Experiment of [`Drive::Experiment`].
     pub(super) experiment: ActiveExperiment,
+    /// Rest without torque of the joint that a park lowers.
+    pub(super) rest: Option<Rest>,
 }
 
 impl DriveSource {
@@ -43,6 +49,7 @@ impl DriveSource {
             command: DriveCommand::new(Drive::Hold, [0.0; JOINTS], 0),
             reference: ReferenceSource::hold(Vector2::zeros()),
             experiment: ActiveExperiment::default(),
+            rest: None,
         }
     }
 
@@ -70,11 +77,15 @@ impl DriveSource {
             status.trip(Violation::plain(Fault::Corrupted));
             return None;
         }
+        if status.permission == Permission::Park {
+            // It has a limit of its own.
+            return None;
+        }
         self.check_host_silence(limits, input, status)
             .or_else(|| self.check_age(limits, input, status))
     }
 
-    /// Checks the silence of the host: first hold, then torque off.
+    /// Checks the silence of the host: first hold, then park, or torque off.
     fn check_host_silence(
         &mut self,
         limits: &Limits,
@@ -82,6 +93,9 @@ impl DriveSource {
         status: &mut TickStatus,
     ) -> Option<Fallback> {
         let silent_ms = input.host_silent_ms;
+        if silent_ms > limits.silence_ms && limits.park.is_some() && status.is_drive_permitted() {
+            return Some(Fallback::Park);
+        }
         if silent_ms > limits.silence_ms {
             status.trip(Violation {
                 value: f32::from(silent_ms) * 1e-3,
@@ -95,12 +109,9 @@ impl DriveSource {
         }
         match self.drive() {
             // The arm is held already, or stays where it is.
-            Drive::Regulate | Drive::Hold | Drive::Float => None,
+            Drive::Regulate | Drive::Hold | Drive::Float | Drive::Park => None,
             Drive::Track => Some(self.brake(input.acts_us())),
-            Drive::Torque => {
-                status.permission = Permission::Armed;
-                Some(Fallback::Release)
-            }
+            Drive::Torque => Some(end_torque(limits, status)),
             // The experiment ends after this tick's samples have been processed.
             Drive::Experiment => {
                 self.experiment.note_host_silence();
@@ -122,8 +133,7 @@ impl DriveSource {
         if self.drive() == Drive::Track {
             return Some(self.brake(input.acts_us()));
         }
-        status.permission = Permission::Armed;
-        Some(Fallback::Release)
+        Some(end_torque(limits, status))
     }
 
     /// Whether the command that drives is too old at this time.
@@ -133,7 +143,7 @@ impl DriveSource {
             Drive::Track if self.reference.is_streamed() => limits.stream_age_ms,
             Drive::Regulate | Drive::Hold | Drive::Track | Drive::Float => limits.setpoint_age_ms,
             // It has an end and an envelope of its own.
-            Drive::Experiment => 0,
+            Drive::Experiment | Drive::Park => 0,
         };
         limit_ms > 0 && self.command.age_us(at_us) > u64::from(limit_ms) * 1_000
     }
@@ -205,7 +215,7 @@ impl DriveSource {
         match self.drive() {
             _ if !now.is_driven => Some(ReferenceSource::hold(state.q)),
             Drive::Torque | Drive::Float => Some(ReferenceSource::hold(state.q)),
-            Drive::Regulate | Drive::Track | Drive::Hold => None,
+            Drive::Regulate | Drive::Track | Drive::Hold | Drive::Park => None,
             // No tick has used the experiment yet.
             Drive::Experiment if !self.experiment.is_started() => None,
             Drive::Experiment => {
@@ -217,4 +227,13 @@ impl DriveSource {
             }
         }
     }
+}
+
+/// Ends the torque of a command that has expired: parks the arm, or switches off.
+fn end_torque(limits: &Limits, status: &mut TickStatus) -> Fallback {
+    if limits.park.is_some() {
+        return Fallback::Park;
+    }
+    status.permission = Permission::Armed;
+    Fallback::Release
 }

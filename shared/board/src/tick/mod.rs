@@ -27,8 +27,8 @@
 //!   The estimator takes samples and command of a tick for simultaneous. The bus has the one after
 //!   the other, and a servo applies a PWM in its own control step: the bench simulates both, the
 //!   model has neither.
-//! * The motors are driven only under [`Permission::Drive`]. Any fault, and any other
-//!   permission, make the command [`ActuatorCommand::OFF`].
+//! * The motors are driven only under [`Permission::Drive`], [`Permission::Park`] and
+//!   [`Permission::MotorCheck`]. Any fault, and any other permission, make the command [`ActuatorCommand::OFF`].
 //! * The configuration is immutable between ticks and replaced as a whole
 //!   ([`install`](ControlLoop::install)); the state keeps none of its numbers.
 //! * Angles in rad, speeds in rad/s, torques in N m, times in µs of a clock that never
@@ -48,7 +48,7 @@
 //! use armbridge_board::tick::{ControlLoop, DriveRequest, Instant, LoopConfig, step};
 //! use armbridge_link::message::{Sample, Settings};
 //! use armbridge_link::record::{Permission, TickInput};
-//! use armbridge_servo::Pwm;
+//! use armbridge_servo::{JOINTS, Pwm};
 //! use nalgebra::Vector2;
 //!
 //! let config = LoopConfig::build(&Settings::default()).unwrap();
@@ -78,6 +78,8 @@
 //! | [`mod@reference`] | reference | setpoint, motion or stream                       |
 //! | `experiment`   | reference, control | experiments, from admission to the end     |
 //! | `motor_check`  | control   | direction and joint of each motor, before the loop closes |
+//! | `park`         | reference | the board's own motion to a pose, and the lowering there |
+//! | `lowering`     | reference, control | lowering of a joint, which its motor only carries |
 //! | `torque_control` | control | from state and reference to torque                 |
 //! | `actuator_command` | limit | torque within all limits, and its PWM               |
 //! | `control_loop` |           | state between two ticks, and requests that change it |
@@ -94,9 +96,11 @@ mod drive_source;
 mod estimation;
 mod experiment;
 pub mod limits;
+mod lowering;
 mod monitor_input;
 mod monitors;
 mod motor_check;
+mod park;
 pub mod reference;
 mod sense;
 mod status;
@@ -115,10 +119,12 @@ use armbridge_control::arm::State;
 use armbridge_control::trajectory::Reference;
 use armbridge_link::message::{Drive, Fault, Guards};
 use armbridge_link::record::{Fallback, Permission, TickEvents, TickInput, TickOutput, Violation};
-use armbridge_servo::Pwm;
+use armbridge_servo::{JOINTS, Pwm};
 use estimation::Estimated;
+use lowering::carried;
 use monitor_input::monitor_input;
 use motor_check::{CheckInput, CheckStep};
+
 use sense::Sensed;
 use status::TickStatus;
 use torque_control::Demand;
@@ -135,6 +141,9 @@ pub fn step(
         control_loop.restart();
     }
     let acts_us = input.acts_us();
+    if input.permission == Permission::Park && control_loop.drive() != Drive::Park {
+        control_loop.begin_park(config, acts_us);
+    }
     let mut status = TickStatus::new(input.permission);
 
     // Sense: counts to angles, with the sign of the model; the command that was sent.
@@ -167,6 +176,14 @@ pub fn step(
         &sensed.in_force,
         status.drives_motors(),
     );
+
+    // Park: its next phase, or its end.
+    let is_parking = status.permission == Permission::Park;
+    let time_out = if is_parking {
+        control_loop.advance_park(config, &estimated, acts_us)
+    } else {
+        time_out
+    };
 
     // Reference: at the planned start of the next tick, which is the same time.
     let (reference, experiment_end) = control_loop.source.reference(
@@ -242,7 +259,20 @@ fn monitor(
     let drive = status.is_drive_permitted().then_some(drive);
     let reference_rad_s = control_loop.reference.dq.into();
     let is_armed = status.is_armed();
-    let seen = monitor_input(config, sensed, estimated, is_armed, drive, reference_rad_s);
+    let lowered = if drive == Some(Drive::Park) {
+        control_loop.source.reference.lowered()
+    } else {
+        [false; JOINTS]
+    };
+    let seen = monitor_input(
+        config,
+        sensed,
+        estimated,
+        is_armed,
+        drive,
+        lowered,
+        reference_rad_s,
+    );
     status.require(control_loop.monitors.check(&config.monitors, &seen));
 }
 
@@ -297,6 +327,10 @@ fn control_torque(
         control_loop
             .monitors
             .proved(&config.monitors, demand.torque_nm, estimated.gravity_nm);
+    if drive == Drive::Park {
+        let lowered = control_loop.source.reference.lowered();
+        demand.torque_nm = carried(lowered, demand.torque_nm, estimated.gravity_nm);
+    }
     if drive == Drive::Experiment {
         control_loop
             .source

@@ -2,6 +2,7 @@
 
 use super::config::LoopConfig;
 use super::estimation::Estimated;
+use super::lowering::Lowered;
 use super::monitors::{Hold, JointBalance, MonitorInput};
 use super::sense::Sensed;
 use armbridge_link::message::Drive;
@@ -16,9 +17,13 @@ pub(super) fn monitor_input<'a>(
     estimated: &'a Estimated,
     is_armed: bool,
     drive: Option<Drive>,
+    lowered: Lowered,
     reference_rad_s: [f32; JOINTS],
 ) -> MonitorInput<'a> {
     let hold = match drive {
+        Some(Drive::Park) if lowered != [false; JOINTS] => {
+            Hold::Lowered(lowered, balance(config, sensed, estimated))
+        }
         Some(drive) if drive.is_closed_loop() => {
             Hold::Controlled(balance(config, sensed, estimated))
         }

@@ -9,8 +9,9 @@
 //! the arm follows them, and which is updated only if it was right before.
 
 use super::limits::MOTION;
+use super::lowering::{Lowered, Lowering};
 use armbridge_control::check_word::{CheckWord, Checked, checked};
-use armbridge_control::trajectory::stream::{self, Point, Stream};
+use armbridge_control::trajectory::stream::{self, Phase, Point, Stream};
 use armbridge_control::trajectory::{self, Peak, Reference, Trajectory};
 use armbridge_link::message::Refusal;
 use nalgebra::Vector2;
@@ -66,6 +67,7 @@ enum Source {
     Setpoint(Vector2<f32>),
     Planned(TimedTrajectory),
     Streamed(Stream<f32>),
+    Lowered(Lowering),
 }
 
 checked!(TimedTrajectory {
@@ -88,6 +90,10 @@ impl Checked for Source {
             Self::Streamed(stream) => {
                 sum.word(2);
                 stream.check(sum);
+            }
+            Self::Lowered(lowering) => {
+                sum.word(3);
+                lowering.check(sum);
             }
         }
     }
@@ -123,6 +129,38 @@ impl ReferenceSource {
         }
     }
 
+    /// A source that lowers a joint.
+    pub(super) fn lowering(lowering: Lowering) -> Self {
+        Self::new(Source::Lowered(lowering))
+    }
+
+    /// The joint that this source lowers, if it does.
+    pub(super) fn lowered_joint(&self) -> Option<usize> {
+        match &self.plan.source {
+            Source::Lowered(lowering) => Some(lowering.joint()),
+            Source::Setpoint(_) | Source::Planned(_) | Source::Streamed(_) => None,
+        }
+    }
+
+    /// Joints that it lowers, or has lowered.
+    pub(super) fn lowered(&self) -> Lowered {
+        match self.lowered_joint() {
+            Some(last) => [true, last > 0],
+            None => [false; 2],
+        }
+    }
+
+    /// Whether the reference rests from this time on, if nothing else is requested.
+    pub(super) fn is_at_rest(&mut self, at_us: u64) -> bool {
+        let _ = self.at(at_us);
+        self.plan.next.is_none()
+            && match &self.plan.source {
+                Source::Setpoint(_) => true,
+                Source::Streamed(stream) => stream.phase() == Phase::Resting,
+                Source::Planned(_) | Source::Lowered(_) => false,
+            }
+    }
+
     /// Whether the numbers are those that were planned.
     pub fn is_intact(&self) -> bool {
         self.plan.check_word() == self.check
@@ -151,7 +189,9 @@ impl ReferenceSource {
         match (&self.plan.next, &self.plan.source) {
             (Some(motion), _) if motion.starts_us <= at_us => motion.at(at_us),
             (_, Source::Streamed(stream)) => stream.clone().advance(at_us),
-            (_, Source::Setpoint(_) | Source::Planned(_)) => self.plan.at(at_us),
+            (_, Source::Setpoint(_) | Source::Planned(_) | Source::Lowered(_)) => {
+                self.plan.at(at_us)
+            }
         }
     }
 
@@ -206,6 +246,7 @@ impl ReferenceSource {
             Source::Setpoint(q) => q.x = f32::from_bits(q.x.to_bits() ^ 1 << bit),
             Source::Planned(motion) => motion.starts_us ^= 1 << bit,
             Source::Streamed(stream) => stream.inject_error(bit),
+            Source::Lowered(lowering) => lowering.inject_error(bit),
         }
     }
 }
@@ -238,6 +279,7 @@ impl Plan {
             Source::Setpoint(q) => Reference::at_rest(*q),
             Source::Planned(motion) => motion.at(at_us),
             Source::Streamed(stream) => stream.at(at_us),
+            Source::Lowered(lowering) => lowering.at(at_us),
         }
     }
 
@@ -249,7 +291,7 @@ impl Plan {
         match &mut self.source {
             Source::Streamed(_) if self.next.is_some() => Err(Refusal::Busy),
             Source::Streamed(stream) => push(stream),
-            Source::Setpoint(_) | Source::Planned(_) => {
+            Source::Setpoint(_) | Source::Planned(_) | Source::Lowered(_) => {
                 self.advance(acts_us);
                 let from = self.at(acts_us);
                 let mut stream =

@@ -36,9 +36,9 @@ impl TickStatus {
         self.permission.drives_motors()
     }
 
-    /// Whether the source of the drive command may drive the motors.
+    /// Whether the source of the drive command, or the park, may drive the motors.
     pub(super) fn is_drive_permitted(&self) -> bool {
-        self.permission == Permission::Drive
+        self.permission.is_driven()
     }
 
     /// Switches motors off; the first cause is kept, because later ones often follow from it.

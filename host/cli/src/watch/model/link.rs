@@ -146,6 +146,7 @@ fn title(command: &Command) -> &'static str {
         | Command::Stream { .. }
         | Command::Experiment(_)
         | Command::Float
+        | Command::Park
         | Command::Prepare
         | Command::Release
         | Command::Configure(_)

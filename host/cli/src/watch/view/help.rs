@@ -7,12 +7,16 @@ use ratatui::widgets::{Block, Clear, Paragraph};
 
 use super::theme;
 
-const KEYS: [(&str, &str); 10] = [
+const KEYS: [(&str, &str); 11] = [
     (
         "space, s",
         "emergency stop, at once: torque off, a fault is latched",
     ),
     ("d", "disarm, at once: torque off, no fault; the arm falls"),
+    (
+        "p",
+        "park: moves to the pose of park.angle_rad, lowered there",
+    ),
     ("c", "clear a fault: the servos are looked for, then idle"),
     ("a", "arm: asks; torque may come on from then, but is zero"),
     (
@@ -25,7 +29,7 @@ const KEYS: [(&str, &str); 10] = [
     ),
     ("← →", "setpoint of joint 1, by 0.02 rad"),
     ("↓ ↑", "setpoint of joint 2, by 0.02 rad"),
-    ("q, ctrl-c", "quit: disarms first"),
+    ("q, ctrl-c", "quit: parks or disarms first"),
     ("?", "this; any key closes it"),
 ];
 

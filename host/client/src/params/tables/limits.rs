@@ -1,8 +1,9 @@
-//! Limits of the supervisor.
+//! Limits of the supervisor, and the pose in which it has the arm parked.
 
-use armbridge_link::limits::hard;
+use armbridge_link::limits::{Milliradians, hard};
+use armbridge_servo::JOINTS;
 
-use super::{Parameter, Range, access, number, pair};
+use super::{Parameter, Range, access, choice, number, pair};
 
 /// `number one key unit "meaning" range;` or `pair each ...`, the key being the field.
 macro_rules! limits {
@@ -19,6 +20,8 @@ macro_rules! limits {
 
 const COUNTS: u32 = hard::COUNTS as u32;
 const SILENCE_MS: u32 = hard::SILENCE_MS as u32;
+
+const PARK_RAD: f64 = hard::PARK_MRAD as f64 / 1_000.0;
 
 /// Above 0, and at most this.
 const fn at_most(bound: f32) -> Range {
@@ -102,3 +105,25 @@ pub(super) const LIMITS: [Parameter; 23] = limits! {
          loses the bus, motors off; 0: never."
         Range::whole(0, u16::MAX as u32);
 };
+
+const NONE: &str = "none";
+const POSE: &str = "pose";
+
+pub(super) const PARK: [Parameter; 2] = [
+    choice(
+        "park.kind",
+        "The end of a drive without a fault: torque off at once, or first a motion to a pose, in \
+         which the arm is lowered.",
+        &[NONE, POSE],
+        |s| Some(s.limits.park.map_or(NONE, |_| POSE)),
+        |s, word| s.limits.park = (word == POSE).then_some([Milliradians(0); JOINTS]),
+    ),
+    pair(
+        "park.angle_rad",
+        "rad",
+        "Pose to which the arm is moved when the host leaves or falls silent, a command expires \
+         or a servo is nearly too hot.",
+        Range::reals(-PARK_RAD, PARK_RAD),
+        |s| access::each(s.limits.park.as_mut()?),
+    ),
+];

@@ -15,7 +15,7 @@ use super::{Parameter, access};
 
 /// All groups; in each, the parameter that selects its kind comes first.
 pub(super) fn all() -> Vec<Parameter> {
-    let groups: [&[Parameter]; 8] = [
+    let groups: [&[Parameter]; 9] = [
         &SETUP,
         &control::CONTROLLER,
         &control::ESTIMATOR,
@@ -24,6 +24,7 @@ pub(super) fn all() -> Vec<Parameter> {
         &arm::JOINT_1,
         &arm::JOINT_2,
         &limits::LIMITS,
+        &limits::PARK,
     ];
     groups.concat()
 }

@@ -60,6 +60,7 @@ pub fn command_text(command: &Command) -> String {
         Command::Experiment(plan) => format!("{name} {}", drive_text::experiment(plan)),
         // The contents of these two are compared by name, as settings.
         Command::Idle
+        | Command::Park
         | Command::Arm { .. }
         | Command::Float
         | Command::Prepare

@@ -43,6 +43,10 @@ impl Core {
                 self.replace_experiment(now.is_driven);
                 self.apply(Event::Disarm)
             }
+            ValidatedCommand::Park => {
+                self.replace_experiment(now.is_driven);
+                self.leave()
+            }
             ValidatedCommand::Arm => self.arm(bus),
             // A stop that has not concluded is not cleared.
             ValidatedCommand::ClearFault
@@ -162,12 +166,26 @@ impl Core {
         Ok(())
     }
 
-    /// Begins the session of a host: disarms, because another host may have armed.
+    /// Ends what drives the arm: parks it if it has a pose for that, and disarms otherwise.
+    pub(crate) fn leave(&mut self) -> Result<(), Refusal> {
+        let parks = self.state().is_driven() && self.config.limits().park.is_some();
+        // A host that leaves, or is new, is not silent.
+        self.after_park.is_silence_fault = false;
+        self.apply(if parks { Event::Park } else { Event::Disarm })
+    }
+
+    /// Begins the session of a host: parks the arm or disarms, because another host may have
+    /// armed.
     pub(crate) fn begin_session(&mut self) {
         // A client has the bus until it leaves, whichever host there is.
         if self.state() != State::Passthrough {
             // Never refused.
-            let _ = self.apply(Event::Disarm);
+            let _ = self.leave();
+        }
+        if self.state() == State::Parking {
+            // The loop restarts when the arm has been parked.
+            self.after_park.is_restart = true;
+            return;
         }
         // Earlier estimates are in no log of this host. After a fault the monitors know which servo
         // may be deaf.

@@ -140,6 +140,17 @@ pub(crate) struct Core {
     /// Whether the motors have been checked since bring-up and the last change of the
     /// calibration.
     are_motors_checked: bool,
+    after_park: AfterPark,
+}
+
+/// What follows on the park that is under way.
+#[derive(Clone, Copy, Debug, Default)]
+struct AfterPark {
+    /// The fault of a host that is silent at its end: the host's silence or an expired command has
+    /// begun it.
+    is_silence_fault: bool,
+    /// The restart of the loop, for a host whose session has begun meanwhile.
+    is_restart: bool,
 }
 
 impl Core {
@@ -161,6 +172,7 @@ impl Core {
             has_new_trip: false,
             conclusion: None,
             are_motors_checked: false,
+            after_park: AfterPark::default(),
         }
     }
 

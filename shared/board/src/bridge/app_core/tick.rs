@@ -98,6 +98,8 @@ impl Core {
         let fallback = events.fallback.map(|fallback| match fallback {
             Fallback::Brake => Event::Brake,
             Fallback::Release => Event::ZeroTorque,
+            Fallback::Park => Event::Park,
+            Fallback::Parked => Event::Parked,
         });
         self.are_motors_checked |=
             events.are_motors_checked && self.control_loop.is_motor_check_conclusive();
@@ -109,9 +111,35 @@ impl Core {
         if let Some(end) = events.experiment_end {
             self.conclude_experiment(end);
         }
+        match events.fallback {
+            Some(Fallback::Park) => self.after_park.is_silence_fault = true,
+            Some(Fallback::Parked) => self.end_park(),
+            Some(Fallback::Brake | Fallback::Release) | None => {}
+        }
         if let Some(violation) = events.fault {
             self.trip(violation);
         }
+    }
+
+    /// The arm has been parked: what has been put off until then follows.
+    #[inline(never)]
+    fn end_park(&mut self) {
+        let after = core::mem::take(&mut self.after_park);
+        self.is_first |= after.is_restart;
+        if let Some(violation) = self.silence().filter(|_| after.is_silence_fault) {
+            self.trip(violation);
+        }
+    }
+
+    /// The violation of a host that is silent for too long.
+    fn silence(&self) -> Option<Violation> {
+        let silent_ms = self.schedule.ms_since(self.host_frame_us);
+        let limit_ms = self.config.limits().silence_ms;
+        (silent_ms > limit_ms).then(|| Violation {
+            value: f32::from(silent_ms) * 1e-3,
+            limit: f32::from(limit_ms) * 1e-3,
+            ..Violation::plain(Fault::HostSilent)
+        })
     }
 
     /// Notes the end of an experiment for the host.

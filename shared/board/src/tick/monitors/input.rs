@@ -2,6 +2,7 @@
 
 use super::encoder_proof::Held;
 use super::external_torque::JointBalance;
+use crate::tick::lowering::Lowered;
 use armbridge_control::arm::State;
 use armbridge_link::limits::Limits;
 use armbridge_link::message::Missing;
@@ -45,6 +46,18 @@ pub(in crate::tick) enum Hold {
     Floating,
     /// A controller: the balance of each joint.
     Controlled([JointBalance; JOINTS]),
+    /// A controller, but for the joints that are lowered, whose motors only carry.
+    Lowered(Lowered, [JointBalance; JOINTS]),
+}
+
+impl Hold {
+    /// The joints that are lowered.
+    pub(super) fn lowered(&self) -> Lowered {
+        match self {
+            Self::Lowered(lowered, _) => *lowered,
+            Self::None | Self::Floating | Self::Controlled(_) => [false; JOINTS],
+        }
+    }
 }
 
 impl MonitorInput<'_> {
@@ -53,7 +66,8 @@ impl MonitorInput<'_> {
         match &self.hold {
             Hold::None => None,
             Hold::Floating => Some(Held::Floating),
-            Hold::Controlled(balance) => Some(Held::Controlled {
+            Hold::Lowered(lowered, _) if lowered[joint] => None,
+            Hold::Controlled(balance) | Hold::Lowered(_, balance) => Some(Held::Controlled {
                 push_nm: -balance[joint].unmet_nm,
                 reference_rad_s: self.reference_rad_s[joint],
                 external_nm: limits.external_nm[joint],

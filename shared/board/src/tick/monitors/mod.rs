@@ -57,10 +57,11 @@ use external_torque::{ExternalTorque, ExternalTorqueConfig};
 use innovation::Innovation;
 use motion::{Motion, MotionLimits};
 use nalgebra::Vector2;
-use soft_stop::SoftStop;
+use soft_stop::{Bounds, SoftStop};
 use stall::{Stall, StallConfig};
 use torque::{LimitedTorque, TorqueConfig, TorqueLimiter};
 
+use super::lowering::Lowered;
 use armbridge_link::record::Violation;
 pub(super) use debounce::Debounce;
 pub(super) use external_torque::JointBalance;
@@ -104,6 +105,8 @@ pub(super) struct Monitors {
     dropout: Dropout,
     joints: [JointMonitors; JOINTS],
     torque: TorqueLimiter,
+    /// Joints that are lowered, which no soft stop holds.
+    lowered: Lowered,
     /// Learnt in a session of the host; no restart within it resets this.
     noise: [EncoderNoise; JOINTS],
 }
@@ -235,8 +238,11 @@ impl Monitors {
         }
         let [angle, speed] = [input.state.q, input.state.dq].map(<[f32; JOINTS]>::from);
         finite([angle, speed, input.torque_nm, input.gravity_nm])?;
+        let lowered = input.hold.lowered();
+        self.lowered = lowered;
         for (i, (joint, noise)) in self.joints.iter_mut().zip(&self.noise).enumerate() {
             let id = i as u8;
+            let is_lowered = lowered[i];
             if let Some(counts) = input.counts[i] {
                 if joint.alarmed.count(input.is_alarmed[i], ALARM_SAMPLES) {
                     return Err(Violation {
@@ -244,15 +250,19 @@ impl Monitors {
                         ..Violation::plain(Fault::ServoAlarm)
                     });
                 }
-                joint.innovation.check_range(limits, id, counts)?;
+                if !is_lowered {
+                    joint.innovation.check_range(limits, id, counts)?;
+                }
                 if joint.proof.is_repeated(counts) {
                     let held = input.held(limits, i);
                     joint.proof.check(&config.proof, noise, id, held.as_ref())?;
                 }
                 let push_nm = input.torque_nm[i] - input.gravity_nm[i];
-                joint
-                    .stall
-                    .check(config.stall, limits, id, counts, push_nm)?;
+                if !is_lowered {
+                    joint
+                        .stall
+                        .check(config.stall, limits, id, counts, push_nm)?;
+                }
             }
             if let (Some(measured), false) = (input.measured_rad[i], input.is_fresh) {
                 let innovation_rad = measured - input.predicted_rad[i];
@@ -261,20 +271,26 @@ impl Monitors {
                     .check_innovation(limits, id, innovation_rad)?;
             }
             let motion_limits = MotionLimits {
-                angle_rad: config.angle_rad[i],
+                angle_rad: if is_lowered {
+                    f32::INFINITY
+                } else {
+                    config.angle_rad[i]
+                },
                 speed_rad_s: limits.speed_rad_s[i],
                 fast_ticks: config.fast_ticks,
             };
             joint.motion.check(&motion_limits, id, angle[i], speed[i])?;
             match &input.hold {
-                Hold::Controlled(balance) => {
+                Hold::Controlled(balance) | Hold::Lowered(_, balance) if !is_lowered => {
                     let (limit_nm, balance) = (limits.external_nm[i], balance[i]);
                     joint
                         .external
                         .check(&config.external, limit_nm, id, balance, speed[i])?;
                 }
-                // A hand may have any torque.
-                Hold::None | Hold::Floating => joint.external = ExternalTorque::default(),
+                // A hand may have any torque, and so may the table under a joint that is lowered.
+                Hold::None | Hold::Floating | Hold::Controlled(_) | Hold::Lowered(..) => {
+                    joint.external = ExternalTorque::default();
+                }
             }
         }
         Ok(())
@@ -305,6 +321,8 @@ impl Monitors {
     ) -> Result<LimitedTorque, Violation> {
         finite([wanted_nm, before_nm, state.q, state.dq].map(<[f32; JOINTS]>::from))?;
         let bounds = config.soft_stop.bounds(arm, state);
+        let free = |bounds: [Bounds; JOINTS]| free_lowered(bounds, self.lowered);
+        let bounds = bounds.map(free);
         let (wanted_nm, before_nm) = (wanted_nm.into(), before_nm.into());
         self.torque
             .limit(&config.torque, &config.limits, wanted_nm, before_nm, bounds)
@@ -336,6 +354,18 @@ impl Monitors {
     ) -> Result<(), Violation> {
         self.torque.pwm(&config.torque, &config.limits, is_limited)
     }
+}
+
+/// These bounds of the soft stop, without those of joints that are lowered.
+fn free_lowered(bounds: [Bounds; JOINTS], lowered: Lowered) -> [Bounds; JOINTS] {
+    let bounds = |joint: usize| {
+        if lowered[joint] {
+            Bounds::FREE
+        } else {
+            bounds[joint]
+        }
+    };
+    [bounds(0), bounds(1)]
 }
 
 /// Checks that all values are finite, joint by joint.
