@@ -7,6 +7,7 @@ mod closed_loop;
 mod control;
 mod endurance;
 mod experiments;
+mod fall;
 mod fault_campaign;
 mod float;
 mod golden;

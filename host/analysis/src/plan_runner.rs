@@ -194,6 +194,9 @@ impl<K: RecordSink> PlanRunner<K> {
 
     fn perform(&mut self, now_us: u64, action: Action) {
         match action {
+            Action::Command(command) if *command == Command::Park && !self.has_pose() => {
+                self.give_up(now_us, PlanError::NoPose);
+            }
             Action::Command(command) => {
                 if matches!(*command, Command::Idle | Command::Park) {
                     self.is_armed = false;
@@ -223,9 +226,7 @@ impl<K: RecordSink> PlanRunner<K> {
 
     /// Has the arm parked before the motors are switched off, if it is driven and has a pose.
     fn leave(&mut self, now_us: u64) {
-        let settings = self.settings.as_ref().map(|[_, last]| last);
-        let has_pose = settings.is_some_and(|settings| settings.limits.park.is_some());
-        if has_pose && self.mode.drive().is_some() {
+        if self.has_pose() && self.mode.drive().is_some() {
             self.is_armed = false;
             self.command(now_us, Command::Park);
             self.enter(Phase::Parking, now_us);
@@ -234,10 +235,10 @@ impl<K: RecordSink> PlanRunner<K> {
         }
     }
 
-    /// Ends the run with an error, after switching the motors off.
+    /// Ends the run with an error, after parking the arm or switching the motors off.
     fn give_up(&mut self, now_us: u64, error: PlanError) {
         self.error.get_or_insert(error);
-        self.switch_off(now_us);
+        self.leave(now_us);
     }
 
     fn switch_off(&mut self, now_us: u64) {
@@ -254,6 +255,12 @@ impl<K: RecordSink> PlanRunner<K> {
         }
         self.command(now_us, Command::Idle);
         self.enter(Phase::SwitchingOff, now_us);
+    }
+
+    /// Whether the board has a pose to park the arm in.
+    fn has_pose(&self) -> bool {
+        let settings = self.settings.as_ref().map(|[_, last]| last);
+        settings.is_some_and(|settings| settings.limits.park.is_some())
     }
 
     fn enter(&mut self, phase: Phase, now_us: u64) {

@@ -48,6 +48,10 @@ pub mod hard {
     pub const PARK_MRAD: i16 = 1_200;
 }
 
+/// Distance in rad before an angle limit at which the board brakes a joint, or a quarter of the
+/// limit if that is less.
+pub const SOFT_STOP_RAD: f32 = 0.1;
+
 /// An angle in mrad, which has three bytes at most on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
 pub struct Milliradians(pub i16);
@@ -205,6 +209,16 @@ impl Limits {
         self.park.map(|angles| angles.map(Milliradians::rad))
     }
 
+    /// Whether the pose of a park is within the bounds of motions, and short of where a joint is
+    /// braked before its angle limit.
+    pub fn is_pose_valid(&self) -> bool {
+        let pose = self.park.iter().flatten().zip(self.angle_rad);
+        pose.into_iter().all(|(angle, limit_rad)| {
+            let is_motion = angle.0.unsigned_abs() <= hard::PARK_MRAD.unsigned_abs();
+            is_motion && angle.rad().abs() <= limit_rad - SOFT_STOP_RAD.min(limit_rad * 0.25)
+        })
+    }
+
     /// Whether every number is within its hard bound, and none is NaN.
     pub fn is_valid(&self) -> bool {
         let within = |values: &[f32], limit: f32| {
@@ -233,11 +247,7 @@ impl Limits {
             && (1..=hard::SILENCE_MS).contains(&self.silence_ms)
             && (1..=hard::AGE_MS).contains(&self.torque_age_ms)
             && (1..=hard::AGE_MS).contains(&self.stream_age_ms)
-            && self
-                .park
-                .iter()
-                .flatten()
-                .all(|angle| angle.0.unsigned_abs() <= hard::PARK_MRAD.unsigned_abs())
+            && self.is_pose_valid()
     }
 }
 
@@ -248,7 +258,7 @@ mod tests {
     #[test]
     fn defaults_are_within_and_nothing_beyond_is() {
         assert!(Limits::default().is_valid());
-        let beyond: [fn(&mut Limits); 10] = [
+        let beyond: [fn(&mut Limits); 11] = [
             |limits| limits.angle_rad[1] = hard::ANGLE_RAD * 1.01,
             |limits| limits.speed_rad_s[0] = f32::NAN,
             |limits| limits.torque_nm[0] = 0.0,
@@ -258,6 +268,10 @@ mod tests {
             |limits| limits.silence_ms = limits.hold_ms - 1,
             |limits| limits.lost_ms = 0,
             |limits| limits.park = Some([Milliradians(0), Milliradians(hard::PARK_MRAD + 1)]),
+            |limits| {
+                limits.angle_rad = [0.8; JOINTS];
+                limits.park = Some([Milliradians(720), Milliradians(0)]);
+            },
             |limits| limits.park = Some([Milliradians(i16::MIN), Milliradians(0)]),
         ];
         for change in beyond {

@@ -155,14 +155,21 @@ fn a_stop_and_a_command_to_disarm_end_a_park_at_once() {
     }
 }
 
-/// A motor that is off has no torque to step from.
+/// Neither an arm that nothing drives nor one without a pose is moved.
 #[test]
-fn an_arm_that_is_not_driven_is_only_disarmed() {
+fn without_a_drive_or_a_pose_the_arm_is_only_disarmed() {
     driven(Command::Regulate([0.0, 0.0]), |rig| {
         assert_eq!(rig.command(Command::Idle), Ok(()));
         assert_eq!(rig.command(Command::Park), Ok(()));
         rig.pass_ms(100);
         assert_eq!(rig.mode(), Some(Mode::Idle));
         assert_eq!(rig.motors(), [Pwm::OFF.counts(); JOINTS]);
+        assert_eq!(rig.command(Command::Limit(Limits::default())), Ok(()));
+        rig.drive(Command::Regulate([0.0, 0.0]));
+        rig.pass_ms(100);
+        let parked_us = rig.now_us();
+        assert_eq!(rig.command(Command::Park), Ok(()));
+        rig.stays_off(parked_us + STOP_US, 100).unwrap();
+        assert_eq!(rig.mode(), Some(Mode::Idle));
     });
 }

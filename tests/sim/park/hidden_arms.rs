@@ -89,30 +89,3 @@ fn hidden_arms_are_laid_on_the_table() {
     assert!(on_table > ARMS as usize * 3 / 4, "{on_table}");
     println!("contact at most {fastest_rad_s:.2} rad/s, after {longest_ms} ms at most");
 }
-
-/// An arm without a pose is let go at once, as by a command to disarm.
-#[test]
-fn an_arm_without_a_pose_is_let_go() {
-    let (config, setup) = hidden(1);
-    let script = Script {
-        setup,
-        limits: Script::limits(),
-        commands: vec![
-            (0, Command::Regulate([0.1, 0.0])),
-            (COMMANDED_MS * 1_000, Command::Park),
-        ],
-        duration_us: 2_000_000,
-    };
-    let mut channels = Channels::new();
-    let mut run = bench_run(&mut channels, config, 1, script);
-    while run.now_us() < 1_900_000 {
-        run.step_until(1_900_000).unwrap();
-    }
-    let records = run.host.into_parts().0;
-    assert!(
-        records
-            .iter()
-            .all(|record| record.mode.drive() != Some(Drive::Park))
-    );
-    assert_eq!(records.last().unwrap().mode, Mode::Idle);
-}

@@ -41,6 +41,18 @@ pub enum PlanError {
     /// Torque went off without a fault, and not by this host.
     #[error("another program disarmed the board, by `armbridge disarm` or on the same link")]
     Disarmed,
+    /// The board has parked the arm, not for this host.
+    #[error(
+        "the board parked the arm: a command expired, a servo is nearly too hot, or another program \
+         had it parked"
+    )]
+    Parked,
+    /// The plan has the arm parked, but the board has no pose for it.
+    #[error(
+        "the board has no pose to park the arm in: set `park.kind` to \"pose\", and \
+         `park.angle_rad`, in `[set]` or by `armbridge params`"
+    )]
+    NoPose,
     /// A setting of the scenario is incompatible with the board's.
     #[error("{0}")]
     Setting(#[from] ParameterError),

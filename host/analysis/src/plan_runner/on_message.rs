@@ -1,7 +1,9 @@
 //! Reactions of the runner to messages of the board.
 
 use armbridge_client::session::BoardMessage;
-use armbridge_link::message::{BoardReport, Command, Mode, Record, Refusal, Settings, ToHost};
+use armbridge_link::message::{
+    BoardReport, Command, Drive, Mode, Record, Refusal, Settings, ToHost,
+};
 use armbridge_sim::cosim::Interaction;
 use armbridge_sim::plant::{Lead, Push};
 
@@ -219,6 +221,10 @@ impl<K: RecordSink> PlanRunner<K> {
                 self.sink.record(record);
                 if let Some(ending) = self.stop_monitor.check(&self.plan.stop, record) {
                     self.end(now_us, ending);
+                } else if self.is_armed && record.mode.drive() == Some(Drive::Park) {
+                    self.is_armed = false;
+                    self.error.get_or_insert(PlanError::Parked);
+                    self.enter(Phase::Parking, now_us);
                 } else if self.is_disarmed(now_us) {
                     self.give_up(now_us, PlanError::Disarmed);
                 }

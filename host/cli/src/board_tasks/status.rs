@@ -70,7 +70,8 @@ impl Task for Status {
             session.request(now_us, Request::Leave);
         } else if self.sent_us.is_none() {
             self.sent_us = Some(now_us);
-            session.request(now_us, Request::Command(Command::Idle));
+            // Without effect on a board that this session has found idle, or that parks the arm.
+            session.request(now_us, Request::Command(Command::Park));
         }
         Ok(())
     }

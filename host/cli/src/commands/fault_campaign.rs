@@ -24,6 +24,7 @@ Examples:
   armbridge fault-campaign --seed 17
   armbridge fault-campaign --servos stock
   armbridge fault-campaign --seeds 5000 --activity float
+  armbridge fault-campaign --seeds 10000 --park
 
 An even seed is one fault, an odd one a pair. What the board does follows from the
 seed too, but --activity gives it to all: only so the arm floats. A motor counts as on while it is
@@ -61,6 +62,9 @@ pub(crate) struct FaultCampaignArgs {
     /// The board does this in every case, instead of what the seed has it do.
     #[arg(long, value_name = "ACTIVITY")]
     pub(crate) activity: Option<Activity>,
+    /// The arm has a pose to be parked in, drawn from the seed.
+    #[arg(long)]
+    pub(crate) park: bool,
     /// Print one JSON object instead of the table.
     #[arg(long)]
     pub(crate) json: bool,
@@ -106,7 +110,7 @@ fn seeds(text: &str) -> Result<Range<u64>, String> {
 pub(crate) fn run(args: &FaultCampaignArgs) -> Outcome {
     ctrl_c::listen()?;
     let (outcomes, seeds, text) = if let Some(seed) = args.seed {
-        let case = Case::with_activity(seed, args.activity);
+        let case = case(args, seed);
         let (outcome, story) = fault_campaign::run_with_trace(&case);
         (vec![outcome], 1, Some(story))
     } else {
@@ -132,13 +136,19 @@ pub(crate) fn run(args: &FaultCampaignArgs) -> Outcome {
     Ok(ExitCode::from(u8::from(!report.holds())))
 }
 
+/// The case of a seed, changed as requested.
+fn case(args: &FaultCampaignArgs, seed: u64) -> Case {
+    let case = Case::with_activity(seed, args.activity);
+    if args.park { case.with_pose() } else { case }
+}
+
 /// Runs the seeds whose faults are all of the requested kinds, with the requested servos;
 /// returns the finished ones, and the number of all.
 fn campaign(args: &FaultCampaignArgs) -> (Vec<fault_campaign::Outcome>, usize) {
     let servos: Option<Firmware> = args.servos.map(Into::into);
     let is_wanted = |seed: &u64| {
         let is_kind = |kind| args.kinds.is_empty() || args.kinds.contains(&kind);
-        let case = Case::with_activity(*seed, args.activity);
+        let case = case(args, *seed);
         let mut injections = case.injections.iter();
         servos.is_none_or(|servos| case.servos() == servos)
             && injections.all(|injection| is_kind(injection.kind))
@@ -146,7 +156,7 @@ fn campaign(args: &FaultCampaignArgs) -> (Vec<fault_campaign::Outcome>, usize) {
     let seeds: Vec<u64> = args.seeds.clone().filter(is_wanted).collect();
     let progress = Progress::new(seeds.len() as f64, args.quiet || args.json);
     let one = |seed| {
-        let case = Case::with_activity(seed, args.activity);
+        let case = case(args, seed);
         Ok::<_, Infallible>(fault_campaign::run(&case))
     };
     let outcomes = monte_carlo::for_seeds(&seeds, one, |done| progress.set_position(done as f64));

@@ -70,9 +70,9 @@ impl Service {
         }
     }
 
-    /// Whether any viewer may call it: it switches motors off.
+    /// Whether any viewer may call it: it switches motors off, at once or when the arm lies.
     pub fn is_free(self) -> bool {
-        matches!(self, Self::Stop | Self::Disarm)
+        matches!(self, Self::Stop | Self::Disarm | Self::Park)
     }
 
     /// Whether motors may come on by it.

@@ -73,7 +73,7 @@ pub fn run(
         }
         if operators.iter().any(|viewer| !live.server.has(*viewer)) {
             operators.clear();
-            session.request(Request::Command(Command::Idle));
+            session.request(Request::Command(Command::Park));
         }
         std::thread::sleep(LOOK);
     }

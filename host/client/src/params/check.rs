@@ -29,6 +29,12 @@ pub enum InvalidSettings {
         /// Upper limit.
         high: u16,
     },
+    /// The pose of a park is beyond where the board brakes a joint.
+    #[error(
+        "`park.angle_rad` is beyond where a joint is braked, 0.1 rad before `limits.angle_rad` or \
+         at three quarters of it; bring it nearer to 0"
+    )]
+    PoseBeyondLimit,
     /// The board itself would refuse them.
     #[error("the board would refuse these settings: {}", refusal_text::in_words(*.0))]
     Refused(Refusal),
@@ -49,6 +55,9 @@ pub fn check(settings: &Settings) -> Result<(), InvalidSettings> {
     }
     if low >= high {
         return Err(InvalidSettings::NoTemperature { low, high });
+    }
+    if !limits.is_pose_valid() {
+        return Err(InvalidSettings::PoseBeyondLimit);
     }
     settings_refusal(settings).map_or(Ok(()), |refusal| Err(InvalidSettings::Refused(refusal)))
 }

@@ -173,7 +173,8 @@ fn ranges_are_those_that_the_board_checks() {
                     }
                     Err(
                         InvalidSettings::HoldsTooLate { .. }
-                        | InvalidSettings::NoTemperature { .. },
+                        | InvalidSettings::NoTemperature { .. }
+                        | InvalidSettings::PoseBeyondLimit,
                     ) => true,
                 };
                 assert_eq!(is_refused(&settings), !is_in, "{} at {end}", parameter.key);

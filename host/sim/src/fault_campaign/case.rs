@@ -7,6 +7,7 @@
 use armbridge_board::tick::limits::CHECK_PERIOD_MAX_US;
 use armbridge_control::actuator::Direction;
 use armbridge_control::arm::State;
+use armbridge_link::limits::{Milliradians, hard};
 use armbridge_link::message::{Command, Limits, Setup};
 use armbridge_servo::{Firmware, JOINTS};
 use nalgebra::Vector2;
@@ -40,6 +41,8 @@ const SLOWEST_BAUD: u32 = 57_600;
 /// no slot for it for a second.
 const POLL_US: u64 = 1_500_000;
 const POLL_TICKS: u64 = 70;
+/// Makes the draws of a pose others than those of its case.
+const POSE_SEED: u64 = 0x7061_726B_0000_0000;
 /// Distance in rad of obstacles from where the arm begins.
 const OBSTACLE_RAD: f64 = 0.05;
 
@@ -74,6 +77,8 @@ pub struct Case {
     pub injections: Vec<Injection>,
     /// Standard deviation of the encoders' noise, in counts.
     pub noise_counts: f64,
+    /// Pose in which the arm is parked, in mrad, if it has one.
+    pub pose: Option<[i16; JOINTS]>,
     /// A hand leads the arm to its target angles and the opposite ones, to and fro, from where it
     /// began; faults come meanwhile.
     pub is_led: bool,
@@ -162,7 +167,23 @@ impl Case {
             to_rad,
             injections,
             noise_counts,
+            pose: None,
             is_led,
+        }
+    }
+
+    /// The same case, of an arm that has a pose to be parked in. Nothing else of it changes.
+    #[must_use]
+    pub fn with_pose(self) -> Self {
+        let mut draw = Random::new(self.seed ^ POSE_SEED);
+        let mut angle = |least: f64| {
+            let side = if draw.coin() { 1.0 } else { -1.0 };
+            side * draw.uniform(least, f64::from(hard::PARK_MRAD))
+        };
+        let pose = [angle(800.0), angle(0.0)].map(|mrad| mrad as i16);
+        Self {
+            pose: Some(pose),
+            ..self
         }
     }
 
@@ -198,7 +219,10 @@ impl Case {
 
     /// Limits of the board.
     pub fn limits(&self) -> Limits {
-        let mut limits = Limits::default();
+        let mut limits = Limits {
+            park: self.pose.map(|pose| pose.map(Milliradians)),
+            ..Limits::default()
+        };
         if self.is_tight {
             limits.pwm_counts = 800;
             limits.torque_nm = [0.8; JOINTS];
@@ -284,6 +308,11 @@ impl Case {
     /// The fault of this kind, if it is injected.
     pub(super) fn find(&self, kind: Kind) -> Option<&Injection> {
         self.injections.iter().find(|i| i.kind == kind)
+    }
+
+    /// Whether obstacles are about an arm that has a pose to be parked in.
+    pub(super) fn has_obstructed_pose(&self) -> bool {
+        self.is_obstructed && self.pose.is_some()
     }
 
     /// Whether a client of the transparent port has the bus at some time.

@@ -213,7 +213,27 @@ pub(super) fn is_fault_expected(kind: Kind, fault: Fault, case: &Case) -> bool {
     // While no sample arrives, an obstacle may keep the arm from where it is predicted.
     let is_held = case.is_obstructed && matches!(kind, Kind::LineLow | Kind::LineHigh);
     let is_listed = expected(kind, case.servos()).faults.contains(&fault);
-    is_listed || (is_held && fault == Diverged)
+    // So it may where the arm is parked.
+    let is_parked = case.has_obstructed_pose() && parks(kind);
+    is_listed
+        || (is_held && fault == Diverged)
+        || (is_parked && matches!(fault, Stuck | ExternalTorque))
+}
+
+/// Whether an arm that has a pose is parked after this.
+pub(super) fn parks(kind: Kind) -> bool {
+    matches!(
+        kind,
+        Kind::HostVanish
+            | Kind::HostStall
+            | Kind::HostSchema
+            | Kind::HostReplay
+            | Kind::HostRange
+            | Kind::HostHeartbeats
+            | Kind::HostHello
+            | Kind::Goodbye
+            | Kind::Hot
+    )
 }
 
 /// Whether a board may have this fault for the noise alone, in the check of the motors or later. To

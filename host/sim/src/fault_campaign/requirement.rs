@@ -2,6 +2,7 @@
 
 use super::activity::Activity;
 use super::case::Case;
+use super::expect::parks;
 use super::injection::{Injection, Origin};
 use super::kind::{DamageKind, Kind};
 use crate::half_duplex_bus::BusDirection;
@@ -45,6 +46,8 @@ pub(super) fn fault_expectation(injection: &Injection, case: &Case) -> FaultExpe
         // No fault of that time is forbidden, but without any effect on servos it is.
         (Origin::PowerUp, Forbidden) if injection.kind == Kind::Frozen => Allowed,
         (_, Forbidden) if case.activity.is_armed() && may_prevent_drive(injection) => Allowed,
+        // An obstacle may be in the way of an arm that is parked.
+        (_, Forbidden) if parks(injection.kind) && case.has_obstructed_pose() => Allowed,
         _ => later,
     }
 }
@@ -119,7 +122,11 @@ fn when_ready(injection: &Injection, case: &Case) -> FaultExpectation {
         }
         Kind::HostReplay if amount < REPLAY_ALONE => Forbidden,
         Kind::HostVanish | Kind::HostStall | Kind::HostSchema => {
-            lasting(SILENCE_US - HEARTBEAT_US, SILENCE_US + HEARTBEAT_US)
+            match lasting(SILENCE_US - HEARTBEAT_US, SILENCE_US + HEARTBEAT_US) {
+                // The host may be back when the arm has been parked.
+                Required if case.pose.is_some() => Allowed,
+                expectation => expectation,
+            }
         }
         Kind::EncoderStep => required_if(is_closed && amount.abs() > STEP_COUNTS),
         Kind::EncoderDrift => {

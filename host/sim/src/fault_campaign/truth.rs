@@ -15,7 +15,8 @@
 //!
 //! A hand may lead an arm that floats to a stop, and one whose encoder drifts sinks there as if a
 //! hand led it: the board cannot tell the two apart. So this arm may be lowered onto a stop, with a
-//! torque away from it, at [`LOWERED_RAD_S`] at most; the report has the speed of the contact.
+//! torque away from it, at [`LOWERED_RAD_S`] at most; the report has the speed of the contact. An
+//! arm that is parked may be, at [`PARKED_RAD_S`].
 //!
 //! # Distance
 //!
@@ -68,6 +69,10 @@ const PROOF_RAD: f64 = 0.04;
 /// Largest speed in rad/s at which an arm that floats may be lowered onto a stop: it is braked
 /// beyond.
 const LOWERED_RAD_S: f64 = 1.5;
+/// The same of an arm that is parked, and the torque towards the stop in N m that is none: two
+/// counts of PWM.
+const PARKED_RAD_S: f64 = 0.3;
+const CARRIED_NM: f64 = 0.003;
 /// Time in µs after which nothing follows any more from a servo that could not be reached.
 const AFTERMATH_US: u64 = 2_000_000;
 /// Share by which an energy may exceed its bound: the integration's error.
@@ -181,15 +186,19 @@ impl Truth {
         }
     }
 
-    /// Whether this is an arm that floats, whose motor carried it as it touched its stop.
+    /// Whether this is an arm that floats or is parked, whose motor carried it as it touched its
+    /// stop.
     fn is_lowered(&self, fixture: &mut Fixture<'_>, impact: Impact) -> bool {
         let [lowest, highest] = self.stops_rad[impact.joint];
         let q = fixture.state().q[impact.joint];
         let towards_nm = fixture.cosim.bench.plant().torque()[impact.joint]
             * (q - f64::midpoint(lowest, highest)).signum();
-        fixture.mode().drive() == Some(Drive::Float)
-            && towards_nm <= 0.0
-            && impact.speed_rad_s <= LOWERED_RAD_S
+        let most_rad_s = match fixture.mode().drive() {
+            Some(Drive::Float) => LOWERED_RAD_S,
+            Some(Drive::Park) => PARKED_RAD_S,
+            _ => return false,
+        };
+        towards_nm <= CARRIED_NM && impact.speed_rad_s <= most_rad_s
     }
 
     fn check_pressure(

@@ -52,7 +52,7 @@ impl<B: Bus> BusSequencer<B> {
                 joint,
                 is_side_step: turn == 0,
             },
-            // Prepared servos hold their shafts, at speed 0.
+            // Prepared servos are off at speed 0.
             _ if self.is_prepared() => Transaction::Drive([Pwm::OFF; JOINTS]),
             _ => Transaction::HoldOff,
         }

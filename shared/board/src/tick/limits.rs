@@ -25,8 +25,8 @@ pub const PERIOD_MAX_US: u32 = 100_000;
 /// of a second that this takes at longer ones.
 pub const CHECK_PERIOD_MAX_US: u32 = 10_000;
 
-/// Longest duration of a park in µs: 7 s for the longest motion, 8 s for each joint from upright.
-pub const PARK_US: u64 = 24_000_000;
+/// Longest duration of a park in µs: 7 s for the longest motion, 10 s for each joint from upright.
+pub const PARK_US: u64 = 28_000_000;
 
 /// Bounds of a motion. Speed: two thirds of an AX-12A's 59 rpm without load.
 /// Acceleration: that of 0.0307 kg m^2 under 1.18 N m, the least that equation (5) gives

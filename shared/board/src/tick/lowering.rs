@@ -9,9 +9,9 @@ use armbridge_control::trajectory::Reference;
 use armbridge_servo::JOINTS;
 use nalgebra::Vector2;
 
-/// Speed in rad/s at which a joint is lowered: the tip of the arm, 0.3 m away, descends by 6 cm in
+/// Speed in rad/s at which a joint is lowered: the tip of the arm, 0.2 m away, descends by 3 cm in
 /// a second.
-const LOWER_RAD_S: f32 = 0.2;
+const LOWER_RAD_S: f32 = 0.16;
 /// Time in s in which it gets that speed, and in µs for which it is lowered at most.
 const RAMP_S: f32 = 0.2;
 const MAX_US: u64 = 30_000_000;

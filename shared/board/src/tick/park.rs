@@ -10,7 +10,7 @@
 //! |-------|------------------------------------|-----------------------------------------------|
 //! | brake | to rest within the bounds of a motion | of the controller                          |
 //! | move  | rest to rest, at [`MOVE_RAD_S`] at most | of the controller                        |
-//! | lower | down with gravity at 0.2 rad/s | of the controller, but never with gravity, of the joints that are lowered or have been |
+//! | lower | down with gravity at 0.16 rad/s | of the controller, but never with gravity, of the joints that are lowered or have been |
 //!
 //! A joint rests when it has stood for 0.15 s without torque: friction, a stop or the table
 //! carries it, or it hangs. The second joint is held until the first one rests, for its gravity

@@ -106,6 +106,8 @@ pub(super) const LIMITS: [Parameter; 23] = limits! {
         Range::whole(0, u16::MAX as u32);
 };
 
+/// First pose: from there an upright arm is lowered to the table in 3 s.
+const LEANING: [Milliradians; JOINTS] = [Milliradians(1_200), Milliradians(0)];
 const NONE: &str = "none";
 const POSE: &str = "pose";
 
@@ -116,7 +118,7 @@ pub(super) const PARK: [Parameter; 2] = [
          which the arm is lowered.",
         &[NONE, POSE],
         |s| Some(s.limits.park.map_or(NONE, |_| POSE)),
-        |s, word| s.limits.park = (word == POSE).then_some([Milliradians(0); JOINTS]),
+        |s, word| s.limits.park = (word == POSE).then_some(LEANING),
     ),
     pair(
         "park.angle_rad",

@@ -69,6 +69,9 @@ impl Core {
     /// Drives the arm as requested; ends an experiment that the request replaces.
     fn drive_by(&mut self, request: &DriveRequest, now: Instant) -> Result<(), Refusal> {
         self.supervisor.check(Event::Drive)?;
+        if self.state() == State::Parking && !self.after_park.is_takeover {
+            return Err(Refusal::Disarmed);
+        }
         let goes_on = matches!(
             request,
             DriveRequest::Experiment(plan) if self.control_loop.is_running(plan, now.is_driven)
@@ -123,6 +126,7 @@ impl Core {
         if was_idle {
             self.control_loop.energise();
         }
+        self.after_park.is_takeover = true;
         Ok(())
     }
 
@@ -169,8 +173,9 @@ impl Core {
     /// Ends what drives the arm: parks it if it has a pose for that, and disarms otherwise.
     pub(crate) fn leave(&mut self) -> Result<(), Refusal> {
         let parks = self.state().is_driven() && self.config.limits().park.is_some();
-        // A host that leaves, or is new, is not silent.
+        // A host that leaves, or is new, is not silent; and one that is new has not armed.
         self.after_park.is_silence_fault = false;
+        self.after_park.is_takeover = false;
         self.apply(if parks { Event::Park } else { Event::Disarm })
     }
 

@@ -143,12 +143,15 @@ pub(crate) struct Core {
     after_park: AfterPark,
 }
 
-/// What follows on the park that is under way.
+/// What may follow on the park that is under way.
 #[derive(Clone, Copy, Debug, Default)]
 struct AfterPark {
     /// The fault of a host that is silent at its end: the host's silence or an expired command has
     /// begun it.
     is_silence_fault: bool,
+    /// A drive command that takes over, which the present session need not arm for: its silence or
+    /// an expired command has begun the park, or it has armed since.
+    is_takeover: bool,
     /// The restart of the loop, for a host whose session has begun meanwhile.
     is_restart: bool,
 }

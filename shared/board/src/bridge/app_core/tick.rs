@@ -112,7 +112,10 @@ impl Core {
             self.conclude_experiment(end);
         }
         match events.fallback {
-            Some(Fallback::Park) => self.after_park.is_silence_fault = true,
+            Some(Fallback::Park) => {
+                self.after_park.is_silence_fault = true;
+                self.after_park.is_takeover = true;
+            }
             Some(Fallback::Parked) => self.end_park(),
             Some(Fallback::Brake | Fallback::Release) | None => {}
         }

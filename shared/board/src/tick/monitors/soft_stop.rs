@@ -29,12 +29,13 @@
 use crate::tick::limits::MOTION;
 use armbridge_control::arm::{Parameters, Posture, State};
 use armbridge_control::check_word::checked;
+use armbridge_link::limits::SOFT_STOP_RAD;
 use armbridge_servo::JOINTS;
 use nalgebra::Vector2;
 
 /// Distance before the limit at which a joint is stopped: 20 encoder counts, for lag of the
 /// estimate and speeds that full torque is slow to brake.
-const MARGIN_RAD: f32 = 0.1;
+const MARGIN_RAD: f32 = SOFT_STOP_RAD;
 
 /// Largest fraction of an angle limit that this margin takes: a narrow limit must leave a
 /// range.
