@@ -4,17 +4,20 @@
 //! take, and nothing else.
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
+use armbridge_board::bridge::Channels;
 use armbridge_client::endpoint::{Endpoint, Exposure};
 use armbridge_client::tcp_pump;
 use armbridge_control::estimate::Config;
+use armbridge_link::limits::{Limits, Milliradians};
 use armbridge_link::message::{Command, Drive, Fault, Mode, Record, Setup, StopSource};
 use armbridge_link::motion::Motion;
 use armbridge_servo::Pwm;
 use armbridge_sim::Bench;
+use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::Cosim;
 use armbridge_sim::emulator::{EmulatedBoard, Image, Qemu, QemuOptions, Time};
 use armbridge_sim::link_server::LinkServer;
-use armbridge_sim::plant::Plant;
+use armbridge_sim::plant::{Grip, Lead, LeadPoint, Plant};
 use armbridge_tests::{computed_torque, plant, records, settling_s, sinusoid};
 
 fn script() -> Script {
@@ -112,6 +115,71 @@ fn all_controllers_and_motions_agree_with_the_bench() {
         angles.fold(0.0_f32, |most, angle| most.max(angle.abs()))
     };
     assert!(furthest(0) > 0.29 && furthest(1) > 0.29, "it moved");
+}
+
+/// A hand leads an arm that floats; then it is parked, and lies on the table.
+#[test]
+#[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
+fn a_float_and_a_park_agree_with_the_bench() {
+    let script = Script {
+        setup: Setup::best(),
+        limits: Limits {
+            park: Some([Milliradians(1_200), Milliradians(-200)]),
+            ..Script::limits()
+        },
+        commands: vec![
+            (0, Command::Regulate([0.2, -0.2])),
+            (500_000, Command::Float),
+            (3_500_000, Command::Park),
+        ],
+        duration_us: 13_000_000,
+    };
+    let hand = Lead {
+        grip: Grip {
+            link: 1,
+            stiffness_n_m: 300.0,
+            damping_n_s_m: 10.0,
+        },
+        start_ns: 1_500_000_000,
+        path: vec![LeadPoint {
+            after_ns: 1_200_000_000,
+            angle_rad: [-0.2, 0.2],
+        }],
+        release_ns: 1_300_000_000,
+    };
+    let led = || {
+        let mut bench = bench(true);
+        bench.lead(&hand);
+        bench
+    };
+    let mut run = Cosim::new(board(false), led(), PlanRunner::new(script.clone()));
+    run.run().unwrap();
+    let emulated = without_measured_times(run.host.into_parts().0);
+    let mut channels = Channels::new();
+    let virtual_board = VirtualBoard::new(channels.split()).unwrap();
+    let mut run = Cosim::new(virtual_board, led(), PlanRunner::new(script));
+    run.run().unwrap();
+    let bench = without_measured_times(run.host.into_parts().0);
+    for (emulated, bench) in emulated.iter().zip(&bench) {
+        assert_eq!(emulated, bench);
+    }
+    assert_eq!(emulated.len(), bench.len());
+
+    let in_mode = |mode| {
+        bench
+            .iter()
+            .filter(move |record| record.mode.drive() == Some(mode))
+    };
+    let angles = |mode| in_mode(mode).map(|record| record.output.angle_rad[0]);
+    assert!(
+        angles(Drive::Float).fold(1.0_f32, f32::min) < -0.1,
+        "it was led"
+    );
+    assert!(
+        angles(Drive::Park).fold(0.0_f32, f32::max) > 1.5,
+        "it was lowered"
+    );
+    assert_eq!(bench.last().map(|record| record.mode), Some(Mode::Idle));
 }
 
 fn without_measured_times(mut records: Vec<Record>) -> Vec<Record> {

@@ -58,6 +58,29 @@ fn a_reset_of_stock_servos_is_noticed_within_100_ms() {
     assert!(noticed >= 10, "{noticed}");
 }
 
+/// Ends of a session after which an arm with a pose is parked.
+const PARKED: [&str; 5] = [
+    "host-vanish",
+    "host-stall",
+    "host-hello",
+    "host-heartbeats",
+    "goodbye",
+];
+
+/// 2.2 rad/s where it has no pose and falls.
+#[test]
+fn an_arm_with_a_pose_meets_the_table_at_no_more_than_300_mrad_s() {
+    let mut parked = 0;
+    for seed in PARKED.into_iter().flat_map(|kind| singles(kind).take(40)) {
+        let outcome = fault_campaign::run(&Case::new(seed).with_pose());
+        assert_eq!(outcome.failures, [""; 0], "{seed}");
+        let contact_rad_s = outcome.contact_rad_s;
+        assert!(contact_rad_s <= 0.3, "{seed}: {contact_rad_s}");
+        parked += usize::from(contact_rad_s > 0.1);
+    }
+    assert!(parked > 40, "{parked}");
+}
+
 /// The bus echoes at power-up, and no longer when the servos are looked for again.
 #[test]
 fn servos_are_found_again_after_an_echo_has_ended() {

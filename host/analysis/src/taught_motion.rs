@@ -68,7 +68,7 @@ pub struct TaughtMotion {
 }
 
 /// Time in s and angles in rad.
-type Sample = (f64, [f64; JOINTS]);
+pub type Sample = (f64, [f64; JOINTS]);
 
 impl TaughtMotion {
     /// The motion of the last float in these records.
@@ -94,7 +94,11 @@ impl TaughtMotion {
         Self::from_samples(&samples)
     }
 
-    fn from_samples(samples: &[Sample]) -> Result<Self, TeachError> {
+    /// The motion along these samples of a float.
+    ///
+    /// # Errors
+    /// See [`TeachError`].
+    pub fn from_samples(samples: &[Sample]) -> Result<Self, TeachError> {
         let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
             return Err(TeachError::NoFloat);
         };

@@ -29,7 +29,7 @@ Examples:
   armbridge status --link tcp://127.0.0.1:7001 --json
   armbridge status --link serial: --images images.json
 
-A hello disarms the board, as a link has one host. Of a served board that
+A hello disarms the board or parks the arm, as a link has one host. Of a served board that
 another program commands, the status is what that program receives. If another
 program has the link alone, the command reports that and does nothing.";
 

@@ -30,7 +30,8 @@ Examples:
   armbridge run demo.csv --speed 0.5 --repeat 3   at half its speed, three times
 
 The arm weighs nothing from the start, and stays where it is left. Ctrl-C ends
-the lesson before its time; the motors are off then: hold the arm. Rests before
+the lesson before its time. Then motors go off, unless the board has a pose to
+park the arm in (`armbridge params park`): hold the arm. Rests before
 and after the motion are cut off.
 
 Exit codes: 0 the motion is taught and can be replayed; 1 there was a fault, or

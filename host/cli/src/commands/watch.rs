@@ -22,7 +22,7 @@ Examples:
   armbridge watch --link tcp://127.0.0.1:7001 --observe
                                     beside a program that commands
 
-Keys: space stops, d disarms, q quits and disarms first, ? shows all of them.
+Keys: space stops, d disarms, q quits, after a park or a disarm, ? shows all of them.
 Exit code 129: the terminal went away; the board is disarmed, and the log is
 closed.";
 

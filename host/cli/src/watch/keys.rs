@@ -32,6 +32,8 @@ pub enum Action {
     Request(Request),
     /// A hand on the simulated arm.
     Hand(Hand),
+    /// Write the motion of the last float.
+    Teach,
     /// Disarm, and end.
     Quit,
 }
@@ -75,6 +77,8 @@ pub struct Keys {
     pub is_helping: bool,
     /// Why a key did nothing, until the next.
     pub note: Option<&'static str>,
+    /// Result of a key, until the next.
+    pub result: Option<String>,
     /// Whether the arm is a simulated one, which keys can push and lift.
     pub is_touchable: bool,
     /// Commander of a link that is served to several programs.
@@ -95,6 +99,7 @@ impl Keys {
     /// A key was pressed.
     pub fn press(&mut self, key: KeyEvent, model: &Model) -> Vec<Action> {
         self.note = None;
+        self.result = None;
         if key.modifiers.contains(KeyModifiers::CONTROL) {
             return if key.code == KeyCode::Char('c') {
                 vec![Action::Quit]
@@ -132,6 +137,7 @@ impl Keys {
                 None
             }
             KeyCode::Char('d') => Some(Action::Request(Request::Command(Command::Idle))),
+            KeyCode::Char('t') => Some(Action::Teach),
             KeyCode::Char('p') => self.park(model),
             KeyCode::Char('c') => self.clear(model),
             KeyCode::Char('a') => self.ask(arming(model)),

@@ -6,6 +6,7 @@
 
 use std::collections::VecDeque;
 use std::io;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -142,10 +143,22 @@ fn run(
                 match act {
                     Action::Request(request) => session.request(request),
                     Action::Hand(hand) => session.apply_hand(hand),
+                    Action::Teach => keys.result = Some(teach(&model)),
                     Action::Quit => return Ok(model),
                 }
             }
         }
     }
     Ok(model)
+}
+
+/// Writes the motion of the last float into the working folder; returns the result in words.
+fn teach(model: &Model) -> String {
+    match model.lesson.write(Path::new("")) {
+        Ok((file, duration_s)) => {
+            let file = file.display();
+            format!("{file}: {duration_s:.1} s of motion; replay it by `armbridge run {file}`")
+        }
+        Err(error) => format!("no motion is written: {error}"),
+    }
 }

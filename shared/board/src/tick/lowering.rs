@@ -21,9 +21,11 @@ const CARRY_SHARE: f32 = 2.0;
 /// Torque in N m below which a motor carries nothing.
 const CARRIED_NM: f32 = 0.01;
 /// Time in µs within which a joint that rests has not moved by more than this, in rad: three
-/// encoder counts. Its estimated speed is no evidence: the model has no table.
+/// encoder counts, and six standard deviations of the encoder's noise. Its estimated speed is no
+/// evidence: the model has no table.
 const REST_US: u64 = 150_000;
 const REST_RAD: f32 = 0.015;
+const REST_DEVIATIONS: f32 = 6.0;
 
 /// Joints whose motors only carry, because they are lowered or have been.
 pub(super) type Lowered = [bool; JOINTS];
@@ -90,17 +92,22 @@ pub(super) struct Rest {
 }
 impl Rest {
     /// The rest of a joint at this angle and time under this torque, which rested before since
-    /// `before`; `None` under a torque that carries it.
+    /// `before`, with this noise of its encoder; `None` under a torque that carries it.
     pub(super) fn next(
         before: Option<Self>,
         torque_nm: f32,
         angle_rad: f32,
+        noise_rad2: f32,
         now_us: u64,
     ) -> Option<Self> {
         if torque_nm.abs() >= CARRIED_NM {
             return None;
         }
-        let is_there = |rest: &Self| (angle_rad - rest.angle_rad).abs() < REST_RAD;
+        let most_rad2 = REST_RAD * REST_RAD + REST_DEVIATIONS * REST_DEVIATIONS * noise_rad2;
+        let is_there = |rest: &Self| {
+            let moved_rad = angle_rad - rest.angle_rad;
+            moved_rad * moved_rad < most_rad2
+        };
         Some(before.filter(is_there).unwrap_or(Self {
             since_us: now_us,
             angle_rad,

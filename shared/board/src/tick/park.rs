@@ -89,7 +89,9 @@ impl ControlLoop {
             return None;
         };
         let (torque_nm, angle_rad) = (self.command.total_nm()[joint], estimated.state.q[joint]);
-        self.source.rest = Rest::next(self.source.rest, torque_nm, angle_rad, acts_us);
+        let noise_rad2 = self.monitors.noise_rad2(&config.control.joints)[joint];
+        let before = self.source.rest;
+        self.source.rest = Rest::next(before, torque_nm, angle_rad, noise_rad2, acts_us);
         if !self.source.rest.is_some_and(|rest| rest.is_long(acts_us)) {
             return None;
         }

@@ -1,17 +1,19 @@
 //! The dashboard's data, built from the link's events alone.
 //!
-//! Memory is bounded, however long it runs: ten seconds of angles, ten thousand
-//! timings, and counts.
+//! Memory is bounded, however long it runs: ten seconds of angles, ten minutes of a float, ten
+//! thousand timings, and counts.
 
 mod bus;
 mod histogram;
 mod history;
+mod lesson;
 mod link;
 mod rate;
 
 pub use bus::Bus;
 pub use histogram::Histogram;
 pub use history::{History, SPAN_S, Seen, Slice};
+pub use lesson::{Lesson, LessonError};
 pub use link::{Line, Link};
 
 use armbridge_client::event::{Event, EventKind};
@@ -27,6 +29,8 @@ pub struct Model {
     pub bus: Bus,
     /// The last ten seconds.
     pub history: History,
+    /// Path of the last float.
+    pub lesson: Lesson,
     /// Latest of each of the board's messages.
     pub board: BoardStatus,
     /// Events that the queue dropped.
@@ -83,6 +87,7 @@ impl Model {
             } => self.link.acknowledged(now_ns, sequence, result),
             ToHost::Record(record) => {
                 self.history.take(&record);
+                self.lesson.take(&record);
                 self.bus.take(&record);
                 self.link.dropped = u64::from(record.dropped);
                 self.record_ns = now_ns;

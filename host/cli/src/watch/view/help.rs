@@ -7,7 +7,7 @@ use ratatui::widgets::{Block, Clear, Paragraph};
 
 use super::theme;
 
-const KEYS: [(&str, &str); 11] = [
+const KEYS: [(&str, &str); 12] = [
     (
         "space, s",
         "emergency stop, at once: torque off, a fault is latched",
@@ -26,6 +26,10 @@ const KEYS: [(&str, &str); 11] = [
     (
         "f",
         "float: asks; the arm weighs nothing, and a hand leads it",
+    ),
+    (
+        "t",
+        "teach: writes the motion of the last float to taught.csv",
     ),
     ("← →", "setpoint of joint 1, by 0.02 rad"),
     ("↓ ↑", "setpoint of joint 2, by 0.02 rad"),

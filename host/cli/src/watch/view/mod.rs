@@ -92,10 +92,14 @@ fn conversation(model: &Model, keys: &Keys, width: usize) -> Vec<Line<'static>> 
     if let Some(note) = keys.note {
         return vec![Line::from(format!(" {note}")).style(theme::warn())];
     }
-    let mut answer = model.link.answer.clone().unwrap_or_default();
-    if let (Some(Refusal::BeyondLimit { .. }), true) = (model.link.arm_refusal, keys.is_touchable) {
-        answer.push_str("; or press l, which lifts the simulated arm");
-    }
+    let answer = keys.result.clone().unwrap_or_else(|| {
+        let mut answer = model.link.answer.clone().unwrap_or_default();
+        let is_beyond = matches!(model.link.arm_refusal, Some(Refusal::BeyondLimit { .. }));
+        if is_beyond && keys.is_touchable {
+            answer.push_str("; or press l, which lifts the simulated arm");
+        }
+        answer
+    });
     let lines = text_table::wrap(answer.split(' '), " ", width - 1, "");
     lines
         .into_iter()

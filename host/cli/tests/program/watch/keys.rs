@@ -3,7 +3,8 @@
 use armbridge::watch::keys::{Action, Keys, Question};
 use armbridge_client::event::{Event, EventKind};
 use armbridge_client::session::Request;
-use armbridge_link::message::Command;
+use armbridge_link::limits::Milliradians;
+use armbridge_link::message::{Command, Settings};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::{S, letter, nudge, press, regulated, shove, watched};
@@ -49,6 +50,19 @@ fn stopping_needs_no_answer_and_arming_does() {
         letter(&mut keys, 'y', &running),
         [Action::Request(Request::Command(Command::Float))]
     );
+
+    // It is parked only where it has a pose; a taught motion is written at any time.
+    assert_eq!(letter(&mut keys, 'p', &running), []);
+    assert!(keys.note.is_some_and(|note| note.contains("park.kind")));
+    let mut posed = running.clone();
+    let mut settings = Settings::default();
+    settings.limits.park = Some([Milliradians(1_200), Milliradians(0)]);
+    posed.board.settings = Some(settings);
+    assert_eq!(
+        letter(&mut keys, 'p', &posed),
+        [Action::Request(Request::Command(Command::Park))]
+    );
+    assert_eq!(letter(&mut keys, 't', &idle), [Action::Teach]);
 
     // A link that broke while one thought about it.
     assert_eq!(letter(&mut keys, 'a', &idle), []);
