@@ -27,7 +27,7 @@
 //!
 //! # Hand
 //!
-//! A [grasp](grasp) adds the torque of a spring and damper between the end of a link and a hand that
+//! A [grasp] adds the torque of a spring and damper between the end of a link and a hand that
 //! moves. It is computed at each stage of a step, from state and time.
 
 mod friction;
