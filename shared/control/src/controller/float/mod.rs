@@ -59,7 +59,7 @@
 //!
 //! # Example
 //!
-//! An arm that is a fifth heavier than the model stays where it leans:
+//! An arm that is a fifth heavier than the model is weighed within seconds, and stays where it leans:
 //!
 //! ```
 //! use armbridge_control::arm::{Parameters, State};
@@ -71,7 +71,7 @@
 //! let leaning = State::at_rest(Vector2::new(0.6, -0.3));
 //! let (float, mut state) = (Float::new(&model, [0.04; 2], 1e-3), leaning);
 //! let mut memory = float.begin(&model, &leaning, None);
-//! for _ in 0..3_000 {
+//! for _ in 0..6_000 {
 //!     let torque = float.torque(&mut memory, &model, &state).torque_nm;
 //!     state.dq += heavier.acceleration(&state, torque) * 1e-3;
 //!     state.q += state.dq * 1e-3;
