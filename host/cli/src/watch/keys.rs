@@ -34,6 +34,8 @@ pub enum Action {
     Hand(Hand),
     /// Write the motion of the last float.
     Teach,
+    /// Replay the motion of the last float.
+    Play,
     /// Disarm, and end.
     Quit,
 }
@@ -51,6 +53,8 @@ pub enum Question {
     ArmAndRegulate,
     /// Whether to float; the board is armed.
     Float,
+    /// Whether to replay the motion of the last float; the board is armed.
+    Play,
 }
 
 impl Question {
@@ -64,6 +68,7 @@ impl Question {
                 "Arm, and the motors come on?   h hold here   u move upright   n no"
             }
             Self::Float => "The motors carry the arm, for a hand to lead.   y yes   n no",
+            Self::Play => "The arm moves as it was led last; keep clear.   y yes   n no",
         }
     }
 }
@@ -120,7 +125,7 @@ impl Keys {
         }
         let is_command = matches!(
             key.code,
-            KeyCode::Char('a' | 'c' | 'd' | 'f' | 'p' | 'r')
+            KeyCode::Char('a' | 'c' | 'd' | 'f' | 'm' | 'p' | 'r')
                 | KeyCode::Left
                 | KeyCode::Right
                 | KeyCode::Down
@@ -143,6 +148,7 @@ impl Keys {
             KeyCode::Char('a') => self.ask(arming(model)),
             KeyCode::Char('r') => self.ask(regulating(model)),
             KeyCode::Char('f') => self.ask(floating(model)),
+            KeyCode::Char('m') => self.ask(playing(model)),
             KeyCode::Char('1') => self.handle(Hand::Push(0)),
             KeyCode::Char('2') => self.handle(Hand::Push(1)),
             KeyCode::Char('l') => self.lift(model),
@@ -196,6 +202,7 @@ impl Keys {
                 let float = is_yes.then(|| command(Command::Float)).flatten();
                 (floating(model), vec![float])
             }
+            Question::Play => (playing(model), vec![is_yes.then_some(Action::Play)]),
             Question::Regulate => (regulating(model), vec![drive]),
             Question::ArmAndRegulate => (
                 regulating(model),
@@ -311,9 +318,11 @@ fn regulating(model: &Model) -> Result<Question, &'static str> {
     match (model.line(), model.board.mode()) {
         (Line::Up, Some(mode)) if mode.is_armed() => Ok(Question::Regulate),
         _ => arming(model).map(|question| match question {
-            Question::Arm | Question::Regulate | Question::ArmAndRegulate | Question::Float => {
-                Question::ArmAndRegulate
-            }
+            Question::Arm
+            | Question::Regulate
+            | Question::ArmAndRegulate
+            | Question::Float
+            | Question::Play => Question::ArmAndRegulate,
             Question::Prepare => Question::Prepare,
         }),
     }
@@ -325,4 +334,12 @@ fn floating(model: &Model) -> Result<Question, &'static str> {
         (Line::Up, Some(mode)) if mode.is_armed() => Ok(Question::Float),
         _ => arming(model).and(Err("an arm floats once it is armed: press a first")),
     }
+}
+
+/// Whether the motion of the last float can be replayed, and what to ask.
+fn playing(model: &Model) -> Result<Question, &'static str> {
+    if model.lesson.motion().is_err() {
+        return Err("no motion to replay: press f, and lead the arm");
+    }
+    floating(model).map(|_| Question::Play)
 }

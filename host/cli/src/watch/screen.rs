@@ -15,11 +15,13 @@ use std::time::{Duration, Instant};
 use armbridge_client::ctrl_c;
 use armbridge_client::ctrl_c::Signal;
 use armbridge_client::event_queue::EventQueue;
+use armbridge_client::session::Request;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event as TerminalEvent, KeyEventKind};
 
 use super::keys::{Action, Keys};
 use super::model::Model;
+use super::playback::{Playback, Progress};
 use super::view;
 use crate::link_thread::LinkThread;
 
@@ -112,6 +114,7 @@ fn run(
 ) -> io::Result<Model> {
     let mut model = Model::default();
     let mut keys = Keys::new(is_simulated);
+    let mut playback: Option<Playback> = None;
     let mut events = VecDeque::new();
     let keyboard = Keyboard::new();
     while !session.is_over() && !ctrl_c::is_raised() {
@@ -122,6 +125,22 @@ fn run(
         }
         if let Some(now_ns) = event_queue.now_ns() {
             model.advance(now_ns);
+        }
+        if let (Some(player), Some(record)) = (&mut playback, model.board.record) {
+            match player.advance(&record, model.board_us()) {
+                Progress::Due(commands) => {
+                    let requests = commands.into_iter().map(Request::Command);
+                    requests.for_each(|request| session.request(request));
+                }
+                Progress::Done => {
+                    playback = None;
+                    keys.result = Some("the motion has been replayed".into());
+                }
+                Progress::Ended => {
+                    playback = None;
+                    keys.result = Some("the replay has ended before its time".into());
+                }
+            }
         }
         keys.role = session.role();
         keys.is_touchable = is_simulated || keys.role.is_some_and(|role| role.is_touchable);
@@ -141,7 +160,18 @@ fn run(
             }
             for act in keys.press(key, &model) {
                 match act {
-                    Action::Request(request) => session.request(request),
+                    Action::Request(request) => {
+                        playback = None;
+                        session.request(request);
+                    }
+                    Action::Play => match model.lesson.motion() {
+                        Ok(taught) => {
+                            let (begun, command) = Playback::begin(&taught, model.board_us());
+                            playback = Some(begun);
+                            session.request(Request::Command(command));
+                        }
+                        Err(error) => keys.result = Some(error.to_string()),
+                    },
                     Action::Hand(hand) => session.apply_hand(hand),
                     Action::Teach => keys.result = Some(teach(&model)),
                     Action::Quit => return Ok(model),

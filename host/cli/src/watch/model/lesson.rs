@@ -45,12 +45,20 @@ impl Lesson {
         }
     }
 
+    /// The motion.
+    ///
+    /// # Errors
+    /// See [`TeachError`].
+    pub fn motion(&self) -> Result<TaughtMotion, TeachError> {
+        TaughtMotion::from_samples(&self.samples)
+    }
+
     /// Writes the motion into this folder. Returns its file, and its duration in s.
     ///
     /// # Errors
     /// See [`LessonError`].
     pub fn write(&self, folder: &Path) -> Result<(PathBuf, f64), LessonError> {
-        let taught = TaughtMotion::from_samples(&self.samples)?;
+        let taught = self.motion()?;
         let file = output_file::write(
             &folder.join(FILE),
             taught.csv().as_bytes(),

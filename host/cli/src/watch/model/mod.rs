@@ -79,6 +79,11 @@ impl Model {
         start_us as f64 * 1e-6 + since_ns as f64 * 1e-9
     }
 
+    /// The same in µs.
+    pub fn board_us(&self) -> u64 {
+        (self.board_s() * 1e6) as u64
+    }
+
     fn apply_message(&mut self, now_ns: u64, message: &ToHost) {
         self.board.take(message);
         match *message {

@@ -7,7 +7,7 @@ use ratatui::widgets::{Block, Clear, Paragraph};
 
 use super::theme;
 
-const KEYS: [(&str, &str); 12] = [
+const KEYS: [(&str, &str); 13] = [
     (
         "space, s",
         "emergency stop, at once: torque off, a fault is latched",
@@ -31,6 +31,7 @@ const KEYS: [(&str, &str); 12] = [
         "t",
         "teach: writes the motion of the last float to taught.csv",
     ),
+    ("m", "motion: asks; the last float is replayed"),
     ("← →", "setpoint of joint 1, by 0.02 rad"),
     ("↓ ↑", "setpoint of joint 2, by 0.02 rad"),
     ("q, ctrl-c", "quit: parks or disarms first"),

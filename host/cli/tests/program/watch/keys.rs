@@ -63,6 +63,8 @@ fn stopping_needs_no_answer_and_arming_does() {
         [Action::Request(Request::Command(Command::Park))]
     );
     assert_eq!(letter(&mut keys, 't', &idle), [Action::Teach]);
+    assert_eq!(letter(&mut keys, 'm', &running), []);
+    assert!(keys.question.is_none() && keys.note.is_some_and(|note| note.contains("press f")));
 
     // A link that broke while one thought about it.
     assert_eq!(letter(&mut keys, 'a', &idle), []);
