@@ -146,7 +146,7 @@ def advertised(viewer, may_arm):
     check(schemas == TOPICS, f"advertised: {schemas}")
     for channel in viewer.channels.values():
         message_type(channel)
-    names = {"/stop", "/disarm", "/clear_fault"} | ({"/arm", "/hold", "/upright", "/float"} if may_arm else set())
+    names = {"/stop", "/disarm", "/park", "/clear_fault"} | ({"/arm", "/hold", "/upright", "/float"} if may_arm else set())
     check(set(viewer.services) == names, f"services: {sorted(viewer.services)}")
     print(f"{len(schemas)} topics, {len(names)} services")
 

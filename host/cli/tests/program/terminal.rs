@@ -178,7 +178,9 @@ fn is_left_disarmed(path: &Path) -> bool {
     let recording = Recording::load(path).unwrap();
     let events: Vec<&EventKind> = recording.events.iter().map(|event| &event.kind).collect();
     let idle = events.iter().rev().find_map(|event| match event {
-        EventKind::Sent(sequence, ToBoard::Command(Command::Idle)) => Some(*sequence),
+        EventKind::Sent(sequence, ToBoard::Command(Command::Idle | Command::Park)) => {
+            Some(*sequence)
+        }
         _ => None,
     });
     let taken = events.iter().position(|event| {
