@@ -176,7 +176,7 @@ fn the_explanation_is_a_file_that_says_nothing_and_without_its_marks_the_default
         assert_eq!(Some(&entry.value), parameter.default_value().as_ref());
     }
     assert_eq!(document.entries().count(), KEYS.len() + params::all().len());
-    assert_eq!(everything.len(), 3 + 8);
+    assert_eq!(everything.len(), 3 + 9);
     // Values of the default kinds are the default settings.
     let in_use = params::pairs(&Settings::default());
     let table = params::to_table(in_use);
