@@ -12,7 +12,7 @@
 //! [`Checked`] lists the words of a value.
 //!
 //! A choice between a few values is kept as a code word instead, far from any other's, by
-//! which [`decode`] finds the value.
+//! which a [`CodeTable`] finds the value.
 
 use nalgebra::{ArrayStorage, Const, Matrix};
 
@@ -46,11 +46,37 @@ pub trait Checked {
     fn check(&self, sum: &mut CheckWord);
 }
 
-/// The value with this code word; `None` if the word is no value's. The last four bits of
-/// a code word are its place in the table.
-pub fn decode<T: Copy>(word: u32, table: &[(T, u32)]) -> Option<T> {
-    let (value, code) = table.get((word & 0b1111) as usize)?;
-    (*code == word).then_some(*value)
+/// Places of a [`CodeTable`].
+const PLACES: usize = 16;
+
+/// Values with their code words, whose last four bits are their place.
+#[derive(Clone, Copy, Debug)]
+pub struct CodeTable<T>([(T, u32); PLACES]);
+
+impl<T: Copy> CodeTable<T> {
+    /// A table of these values, in the order of their places.
+    ///
+    /// # Panics
+    /// At compile time: without a value, and with a word in another place than its own.
+    pub const fn new<const N: usize>(codes: &[(T, u32); N]) -> Self {
+        assert!(N > 0 && N <= PLACES);
+        // The word 0 is in none of the places that are left over.
+        let mut table = [(codes[0].0, 0); PLACES];
+        let mut place = 0;
+        while place < N {
+            assert!(codes[place].1 as usize % PLACES == place);
+            table[place] = codes[place];
+            place += 1;
+        }
+        Self(table)
+    }
+
+    /// The value with this code word; `None` if the word is no value's.
+    #[inline]
+    pub fn decode(&self, word: u32) -> Option<T> {
+        let (value, code) = self.0[word as usize % PLACES];
+        (code == word).then_some(value)
+    }
 }
 
 macro_rules! integers {

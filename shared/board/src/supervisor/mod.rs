@@ -90,7 +90,7 @@ mod table;
 
 pub use table::{Action, Event, State, next};
 
-use armbridge_control::check_word::decode;
+use armbridge_control::check_word::CodeTable;
 use armbridge_link::message::{Drive, Fault, Mode, Refusal, Trip};
 use armbridge_link::record::Permission;
 use table::STATES;
@@ -118,6 +118,8 @@ const WORDS: [(State, u32); STATES.len()] = [
     (State::Parking, 0x55AA_55A8),
 ];
 
+const CODES: CodeTable<State> = CodeTable::new(&WORDS);
+
 impl Default for Supervisor {
     fn default() -> Self {
         Self {
@@ -130,12 +132,12 @@ impl Default for Supervisor {
 impl Supervisor {
     /// The state; [`State::Fault`] if the word is invalid.
     pub fn state(&self) -> State {
-        decode(self.word, &WORDS).unwrap_or(State::Fault)
+        CODES.decode(self.word).unwrap_or(State::Fault)
     }
 
     /// Whether the word is valid.
     pub fn is_intact(&self) -> bool {
-        decode(self.word, &WORDS).is_some()
+        CODES.decode(self.word).is_some()
     }
 
     /// Permission for bus and control loop.

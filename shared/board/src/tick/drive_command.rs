@@ -5,7 +5,7 @@
 //! before it drives anything.
 
 use super::reference::TimedTrajectory;
-use armbridge_control::check_word::{CheckWord, checked, decode};
+use armbridge_control::check_word::{CheckWord, CodeTable, checked};
 use armbridge_control::trajectory::stream::Point;
 use armbridge_link::experiment::Experiment;
 use armbridge_link::message::Drive;
@@ -65,6 +65,8 @@ const DRIVES: [(Drive, u32); 7] = [
     (Drive::Park, 0x5A5A_5A56),
 ];
 
+const CODES: CodeTable<Drive> = CodeTable::new(&DRIVES);
+
 impl DriveCommand {
     /// A command of this source, at this time in µs; torques are those of
     /// [`Drive::Torque`].
@@ -101,7 +103,7 @@ impl DriveCommand {
     }
 
     fn known(&self) -> Option<Drive> {
-        decode(self.words.drive, &DRIVES)
+        CODES.decode(self.words.drive)
     }
 
     /// Constant torques in N m.
@@ -137,7 +139,7 @@ mod tests {
     #[test]
     fn words_are_far_apart() {
         for (index, (drive, word)) in DRIVES.iter().enumerate() {
-            assert_eq!(decode(*word, &DRIVES), Some(*drive));
+            assert_eq!(CODES.decode(*word), Some(*drive));
             for (_, other) in &DRIVES[..index] {
                 assert!((word ^ other).count_ones() >= 12, "{word:x} {other:x}");
             }
