@@ -216,6 +216,9 @@ impl<B: Bus> BusSequencer<B> {
         self.permission = permission;
         if !permission.drives_motors() {
             self.master.cancel_drive();
+        } else if self.state == State::Drive {
+            // The case of nearly every call while motors are driven.
+            return;
         }
         match (self.state, permission) {
             (State::Passthrough, Permission::Passthrough)

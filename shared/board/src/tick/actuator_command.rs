@@ -5,6 +5,7 @@
 //! given, not what was wanted.
 
 use super::config::LoopConfig;
+use super::lowering::Lowered;
 use super::monitors::Monitors;
 use super::torque_control::Demand;
 use armbridge_control::actuator::{Command, Joint};
@@ -66,6 +67,7 @@ pub(super) fn limit(
     ahead: &State<f32>,
     demand: Option<Demand>,
     before_nm: Vector2<f32>,
+    lowered: Lowered,
 ) -> Result<(ActuatorCommand, Guards), Violation> {
     let Some(demand) = demand else {
         return Ok((ActuatorCommand::OFF, Guards::NONE));
@@ -77,6 +79,7 @@ pub(super) fn limit(
         ahead,
         demand.torque_nm,
         before_nm,
+        lowered,
     )?;
     let (torque_nm, pwm_max) = (limited.torque_nm, config.limits().pwm_counts);
     let commands = if demand.exact_pwm == [None; JOINTS] {

@@ -18,7 +18,7 @@
 
 use super::drive_command::DriveCommand;
 use super::experiment::ActiveExperiment;
-use super::lowering::Rest;
+use super::lowering::{Lowered, Rest};
 use super::reference::ReferenceSource;
 use super::status::{Instant, TickStatus};
 use armbridge_control::arm::State;
@@ -58,6 +58,14 @@ impl DriveSource {
         self.command.drive()
     }
 
+    /// Joints that a park lowers, or has lowered.
+    pub(super) fn lowered(&self) -> Lowered {
+        match self.reference.lowered_joint() {
+            Some(last) if self.drive() == Drive::Park => [true, last > 0],
+            Some(_) | None => [false; JOINTS],
+        }
+    }
+
     /// Clears the command: another has to precede any torque.
     pub(super) fn clear(&mut self) {
         self.command = DriveCommand::new(Drive::Hold, [0.0; JOINTS], 0);
@@ -93,15 +101,11 @@ impl DriveSource {
         status: &mut TickStatus,
     ) -> Option<Fallback> {
         let silent_ms = input.host_silent_ms;
-        if silent_ms > limits.silence_ms && limits.park.is_some() && status.is_drive_permitted() {
-            return Some(Fallback::Park);
-        }
-        if silent_ms > limits.silence_ms {
-            status.trip(Violation {
-                value: f32::from(silent_ms) * 1e-3,
-                limit: f32::from(limits.silence_ms) * 1e-3,
-                ..Violation::plain(Fault::HostSilent)
-            });
+        if let Some(violation) = host_silence(limits, silent_ms) {
+            if limits.park.is_some() && status.is_drive_permitted() {
+                return Some(Fallback::Park);
+            }
+            status.trip(violation);
             return None;
         }
         if silent_ms <= limits.hold_ms || !status.is_drive_permitted() {
@@ -227,6 +231,16 @@ impl DriveSource {
             }
         }
     }
+}
+
+/// The violation of a host that has been silent for this time in ms, if that is too long.
+#[inline]
+pub(crate) fn host_silence(limits: &Limits, silent_ms: u16) -> Option<Violation> {
+    (silent_ms > limits.silence_ms).then(|| Violation {
+        value: f32::from(silent_ms) * 1e-3,
+        limit: f32::from(limits.silence_ms) * 1e-3,
+        ..Violation::plain(Fault::HostSilent)
+    })
 }
 
 /// Ends the torque of a command that has expired: parks the arm, or switches off.

@@ -110,6 +110,7 @@ pub use actuator_command::ActuatorCommand;
 pub use config::{CHECK_US, ControlConfig, LoopConfig, can_run, settings_refusal};
 pub use control_loop::ControlLoop;
 pub use drive_command::DriveRequest;
+pub(crate) use drive_source::host_silence;
 pub use experiment::permits;
 pub use status::Instant;
 
@@ -119,9 +120,9 @@ use armbridge_control::arm::State;
 use armbridge_control::trajectory::Reference;
 use armbridge_link::message::{Drive, Fault, Guards};
 use armbridge_link::record::{Fallback, Permission, TickEvents, TickInput, TickOutput, Violation};
-use armbridge_servo::{JOINTS, Pwm};
+use armbridge_servo::Pwm;
 use estimation::Estimated;
-use lowering::carried;
+use lowering::{Lowered, carried};
 use monitor_input::monitor_input;
 use motor_check::{CheckInput, CheckStep};
 
@@ -141,9 +142,6 @@ pub fn step(
         control_loop.restart();
     }
     let acts_us = input.acts_us();
-    if input.permission == Permission::Park && control_loop.drive() != Drive::Park {
-        control_loop.begin_park(config, acts_us);
-    }
     let mut status = TickStatus::new(input.permission);
 
     // Sense: counts to angles, with the sign of the model; the command that was sent.
@@ -162,9 +160,17 @@ pub fn step(
         control_loop.control.end_offset();
     }
 
+    let lowered = control_loop.source.lowered();
     // Monitor: samples, estimate and motion, under the torque in force and the reference of the
     // last tick, which the arm follows now.
-    monitor(config, control_loop, &sensed, &estimated, &mut status);
+    monitor(
+        config,
+        control_loop,
+        &sensed,
+        &estimated,
+        lowered,
+        &mut status,
+    );
     if status.is_armed() && !input.is_config_intact {
         status.trip(Violation::plain(Fault::Corrupted));
     }
@@ -177,12 +183,10 @@ pub fn step(
         status.drives_motors(),
     );
 
-    // Park: its next phase, or its end.
-    let is_parking = status.permission == Permission::Park;
-    let time_out = if is_parking {
-        control_loop.advance_park(config, &estimated, acts_us)
-    } else {
-        time_out
+    // Park: its beginning, its next phase, or its end.
+    let time_out = match status.permission {
+        Permission::Park => control_loop.advance_park(config, &estimated, acts_us),
+        _ => time_out,
     };
 
     // Reference: at the planned start of the next tick, which is the same time.
@@ -209,7 +213,7 @@ pub fn step(
 
     // Limit: torque, soft stop, rate; then PWM, in the direction of each servo.
     let monitors = &mut control_loop.monitors;
-    let limited = limit(config, monitors, &ahead, demand, sensed.torque_nm);
+    let limited = limit(config, monitors, &ahead, demand, sensed.torque_nm, lowered);
     let (command, guards) = limited.unwrap_or_else(|violation| {
         status.trip(violation);
         (ActuatorCommand::OFF, Guards::NONE)
@@ -250,6 +254,7 @@ fn monitor(
     control_loop: &mut ControlLoop,
     sensed: &Sensed,
     estimated: &Estimated,
+    lowered: Lowered,
     status: &mut TickStatus,
 ) {
     if status.permission == Permission::Search {
@@ -259,11 +264,6 @@ fn monitor(
     let drive = status.is_drive_permitted().then_some(drive);
     let reference_rad_s = control_loop.reference.dq.into();
     let is_armed = status.is_armed();
-    let lowered = if drive == Some(Drive::Park) {
-        control_loop.source.reference.lowered()
-    } else {
-        [false; JOINTS]
-    };
     let seen = monitor_input(
         config,
         sensed,
@@ -328,8 +328,11 @@ fn control_torque(
             .monitors
             .proved(&config.monitors, demand.torque_nm, estimated.gravity_nm);
     if drive == Drive::Park {
-        let lowered = control_loop.source.reference.lowered();
-        demand.torque_nm = carried(lowered, demand.torque_nm, estimated.gravity_nm);
+        demand.torque_nm = carried(
+            control_loop.source.lowered(),
+            demand.torque_nm,
+            estimated.gravity_nm,
+        );
     }
     if drive == Drive::Experiment {
         control_loop

@@ -21,9 +21,6 @@ pub(super) fn monitor_input<'a>(
     reference_rad_s: [f32; JOINTS],
 ) -> MonitorInput<'a> {
     let hold = match drive {
-        Some(Drive::Park) if lowered != [false; JOINTS] => {
-            Hold::Lowered(lowered, balance(config, sensed, estimated))
-        }
         Some(drive) if drive.is_closed_loop() => {
             Hold::Controlled(balance(config, sensed, estimated))
         }
@@ -41,6 +38,7 @@ pub(super) fn monitor_input<'a>(
         gravity_nm: estimated.gravity_nm.into(),
         is_alarmed: sensed.is_alarmed,
         hold,
+        lowered,
         reference_rad_s,
         is_armed,
     }

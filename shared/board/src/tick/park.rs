@@ -44,8 +44,7 @@ const POSE_RAD: f32 = 0.01;
 
 impl ControlLoop {
     /// Begins to park the arm: brakes it, without a step in the torque.
-    #[inline(never)]
-    pub(super) fn begin_park(&mut self, config: &LoopConfig, acts_us: u64) {
+    fn begin_park(&mut self, config: &LoopConfig, acts_us: u64) {
         let from = match self.drive() {
             Drive::Torque | Drive::Float => Some(Reference {
                 q: self.state.q,
@@ -71,7 +70,7 @@ impl ControlLoop {
         }
     }
 
-    /// Advances the park, whose next reference is that at `acts_us`. Returns its end.
+    /// Begins the park, or advances it; its next reference is that at `acts_us`. Returns its end.
     #[inline(never)]
     pub(super) fn advance_park(
         &mut self,
@@ -79,6 +78,9 @@ impl ControlLoop {
         estimated: &Estimated,
         acts_us: u64,
     ) -> Option<Fallback> {
+        if self.drive() != Drive::Park {
+            self.begin_park(config, acts_us);
+        }
         if self.source.command.age_us(acts_us) > PARK_US {
             return Some(Fallback::Parked);
         }

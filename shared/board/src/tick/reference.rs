@@ -9,7 +9,7 @@
 //! the arm follows them, and which is updated only if it was right before.
 
 use super::limits::MOTION;
-use super::lowering::{Lowered, Lowering};
+use super::lowering::Lowering;
 use armbridge_control::check_word::{CheckWord, Checked, checked};
 use armbridge_control::trajectory::stream::{self, Phase, Point, Stream};
 use armbridge_control::trajectory::{self, Peak, Reference, Trajectory};
@@ -139,14 +139,6 @@ impl ReferenceSource {
         match &self.plan.source {
             Source::Lowered(lowering) => Some(lowering.joint()),
             Source::Setpoint(_) | Source::Planned(_) | Source::Streamed(_) => None,
-        }
-    }
-
-    /// Joints that it lowers, or has lowered.
-    pub(super) fn lowered(&self) -> Lowered {
-        match self.lowered_joint() {
-            Some(last) => [true, last > 0],
-            None => [false; 2],
         }
     }
 

@@ -4,7 +4,7 @@ use super::{Core, OFF, TickSamples};
 use crate::checkpoints::Machine;
 use crate::supervisor::{Event, State};
 use crate::tick::limits::LATE_MAX_US;
-use crate::tick::step;
+use crate::tick::{host_silence, step};
 use armbridge_link::experiment::{Conclusion, ExperimentEnd};
 use armbridge_link::message::{Fault, Record};
 use armbridge_link::record::{Fallback, TickInput, TickOutput, Violation};
@@ -129,20 +129,11 @@ impl Core {
     fn end_park(&mut self) {
         let after = core::mem::take(&mut self.after_park);
         self.is_first |= after.is_restart;
-        if let Some(violation) = self.silence().filter(|_| after.is_silence_fault) {
+        let silent_ms = self.schedule.ms_since(self.host_frame_us);
+        let silence = host_silence(self.config.limits(), silent_ms);
+        if let Some(violation) = silence.filter(|_| after.is_silence_fault) {
             self.trip(violation);
         }
-    }
-
-    /// The violation of a host that is silent for too long.
-    fn silence(&self) -> Option<Violation> {
-        let silent_ms = self.schedule.ms_since(self.host_frame_us);
-        let limit_ms = self.config.limits().silence_ms;
-        (silent_ms > limit_ms).then(|| Violation {
-            value: f32::from(silent_ms) * 1e-3,
-            limit: f32::from(limit_ms) * 1e-3,
-            ..Violation::plain(Fault::HostSilent)
-        })
     }
 
     /// Notes the end of an experiment for the host.

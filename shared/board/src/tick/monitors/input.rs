@@ -31,6 +31,8 @@ pub(in crate::tick) struct MonitorInput<'a> {
     pub(in crate::tick) is_alarmed: [bool; JOINTS],
     /// Hold of the arm.
     pub(in crate::tick) hold: Hold,
+    /// Joints that are lowered: nothing but their motors' torque holds them, and that only carries.
+    pub(in crate::tick) lowered: Lowered,
     /// Speed of the reference that the controller follows, in rad/s.
     pub(in crate::tick) reference_rad_s: [f32; JOINTS],
     /// Whether the motors may be driven.
@@ -46,18 +48,6 @@ pub(in crate::tick) enum Hold {
     Floating,
     /// A controller: the balance of each joint.
     Controlled([JointBalance; JOINTS]),
-    /// A controller, but for the joints that are lowered, whose motors only carry.
-    Lowered(Lowered, [JointBalance; JOINTS]),
-}
-
-impl Hold {
-    /// The joints that are lowered.
-    pub(super) fn lowered(&self) -> Lowered {
-        match self {
-            Self::Lowered(lowered, _) => *lowered,
-            Self::None | Self::Floating | Self::Controlled(_) => [false; JOINTS],
-        }
-    }
 }
 
 impl MonitorInput<'_> {
@@ -66,8 +56,8 @@ impl MonitorInput<'_> {
         match &self.hold {
             Hold::None => None,
             Hold::Floating => Some(Held::Floating),
-            Hold::Lowered(lowered, _) if lowered[joint] => None,
-            Hold::Controlled(balance) | Hold::Lowered(_, balance) => Some(Held::Controlled {
+            Hold::Controlled(_) if self.lowered[joint] => None,
+            Hold::Controlled(balance) => Some(Held::Controlled {
                 push_nm: -balance[joint].unmet_nm,
                 reference_rad_s: self.reference_rad_s[joint],
                 external_nm: limits.external_nm[joint],

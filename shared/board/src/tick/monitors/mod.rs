@@ -105,8 +105,6 @@ pub(super) struct Monitors {
     dropout: Dropout,
     joints: [JointMonitors; JOINTS],
     torque: TorqueLimiter,
-    /// Joints that are lowered, which no soft stop holds.
-    lowered: Lowered,
     /// Learnt in a session of the host; no restart within it resets this.
     noise: [EncoderNoise; JOINTS],
 }
@@ -238,11 +236,9 @@ impl Monitors {
         }
         let [angle, speed] = [input.state.q, input.state.dq].map(<[f32; JOINTS]>::from);
         finite([angle, speed, input.torque_nm, input.gravity_nm])?;
-        let lowered = input.hold.lowered();
-        self.lowered = lowered;
         for (i, (joint, noise)) in self.joints.iter_mut().zip(&self.noise).enumerate() {
             let id = i as u8;
-            let is_lowered = lowered[i];
+            let is_lowered = input.lowered[i];
             if let Some(counts) = input.counts[i] {
                 if joint.alarmed.count(input.is_alarmed[i], ALARM_SAMPLES) {
                     return Err(Violation {
@@ -281,14 +277,14 @@ impl Monitors {
             };
             joint.motion.check(&motion_limits, id, angle[i], speed[i])?;
             match &input.hold {
-                Hold::Controlled(balance) | Hold::Lowered(_, balance) if !is_lowered => {
+                Hold::Controlled(balance) if !is_lowered => {
                     let (limit_nm, balance) = (limits.external_nm[i], balance[i]);
                     joint
                         .external
                         .check(&config.external, limit_nm, id, balance, speed[i])?;
                 }
                 // A hand may have any torque, and so may the table under a joint that is lowered.
-                Hold::None | Hold::Floating | Hold::Controlled(_) | Hold::Lowered(..) => {
+                Hold::None | Hold::Floating | Hold::Controlled(_) => {
                     joint.external = ExternalTorque::default();
                 }
             }
@@ -307,7 +303,7 @@ impl Monitors {
     }
 
     /// Limits the demand `wanted_nm`, for an arm that will be at `state` when
-    /// the torque begins to act, after `before_nm`.
+    /// the torque begins to act, after `before_nm`. No soft stop holds the joints that are lowered.
     ///
     /// # Errors
     /// Something is not finite, or has been limited for too long.
@@ -318,11 +314,11 @@ impl Monitors {
         state: &State<f32>,
         wanted_nm: Vector2<f32>,
         before_nm: Vector2<f32>,
+        lowered: Lowered,
     ) -> Result<LimitedTorque, Violation> {
         finite([wanted_nm, before_nm, state.q, state.dq].map(<[f32; JOINTS]>::from))?;
         let bounds = config.soft_stop.bounds(arm, state);
-        let free = |bounds: [Bounds; JOINTS]| free_lowered(bounds, self.lowered);
-        let bounds = bounds.map(free);
+        let bounds = bounds.map(|bounds| free_lowered(bounds, lowered));
         let (wanted_nm, before_nm) = (wanted_nm.into(), before_nm.into());
         self.torque
             .limit(&config.torque, &config.limits, wanted_nm, before_nm, bounds)

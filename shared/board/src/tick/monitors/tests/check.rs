@@ -21,6 +21,7 @@ fn seen(state: &State<f32>) -> MonitorInput<'_> {
         torque_nm: [0.05; 2],
         gravity_nm: [0.0; 2],
         is_alarmed: [false; 2],
+        lowered: [false; 2],
         hold: Hold::None,
         reference_rad_s: [0.0; 2],
         is_armed: true,

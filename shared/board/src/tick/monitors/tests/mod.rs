@@ -46,7 +46,7 @@ impl Fixture {
         before_nm: Vector2<f32>,
     ) -> Result<LimitedTorque, Violation> {
         self.monitors
-            .limit(&self.config, arm, state, wanted_nm, before_nm)
+            .limit(&self.config, arm, state, wanted_nm, before_nm, [false; 2])
     }
 
     fn pwm(&mut self, is_limited: bool) -> Result<(), Violation> {
