@@ -59,20 +59,20 @@ impl CommandHost {
         }
     }
 
-    fn take(&mut self, message: BoardMessage) {
+    fn take(&mut self, message: &BoardMessage) {
         match message {
             BoardMessage::Other(ToHost::Board(report)) => {
                 self.received.session = report.session;
                 self.received.settings = Some(report.settings);
             }
             BoardMessage::Done => self.received.answers.push(Ok(())),
-            BoardMessage::Refused(refusal) => self.received.answers.push(Err(refusal)),
+            BoardMessage::Refused(refusal) => self.received.answers.push(Err(*refusal)),
             BoardMessage::Other(ToHost::Record(record)) => {
                 self.is_idle |= record.mode == Mode::Idle;
                 if self.has_sent_all() {
                     self.ticks_left = self.ticks_left.saturating_sub(1);
                 }
-                self.received.records.push(record);
+                self.received.records.push(*record);
             }
             _ => {}
         }
@@ -104,7 +104,7 @@ impl Host for CommandHost {
 
     fn receive(&mut self, _now_us: u64, mut bytes: &[u8]) -> Result<(), Infallible> {
         while let Some(message) = self.client.receive(&mut bytes) {
-            self.take(message);
+            self.take(&message);
         }
         Ok(())
     }

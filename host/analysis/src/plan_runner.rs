@@ -368,7 +368,7 @@ impl<K: RecordSink> Host for PlanRunner<K> {
             let reported = self.session.status().report;
             match self.session.receive(now_us, &mut bytes) {
                 Ok(None) => return Ok(()),
-                Ok(Some(message)) => self.on_message(now_us, message, reported)?,
+                Ok(Some(message)) => self.on_message(now_us, &message, reported)?,
                 Err(error) => self.fail(now_us, error.into())?,
             }
         }

@@ -92,8 +92,8 @@ impl DrivingHost {
         self.stage = Stage::Arming;
     }
 
-    fn take(&mut self, message: BoardMessage) {
-        self.messages.push(message);
+    fn take(&mut self, message: &BoardMessage) {
+        self.messages.push(*message);
         match (message, self.stage) {
             (BoardMessage::Other(ToHost::Record(record)), Stage::Waiting)
                 if record.mode == Mode::Idle =>
@@ -131,7 +131,7 @@ impl Host for DrivingHost {
 
     fn receive(&mut self, _now_us: u64, mut bytes: &[u8]) -> Result<(), Infallible> {
         while let Some(message) = self.client.receive(&mut bytes) {
-            self.take(message);
+            self.take(&message);
         }
         Ok(())
     }

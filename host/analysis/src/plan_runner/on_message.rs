@@ -20,13 +20,13 @@ impl<K: RecordSink> PlanRunner<K> {
     pub(super) fn on_message(
         &mut self,
         now_us: u64,
-        message: BoardMessage,
+        message: &BoardMessage,
         reported: Option<BoardReport>,
     ) -> Result<(), PlanError> {
         self.received_us = now_us;
-        self.store_fault_reports(&message);
+        self.store_fault_reports(message);
         if let (BoardMessage::Other(ToHost::Board(report)), Some(before)) = (message, reported)
-            && before.is_before_reset(&report)
+            && before.is_before_reset(report)
         {
             return self.fail(now_us, PlanError::Reset(report.last_end));
         }
@@ -35,9 +35,9 @@ impl<K: RecordSink> PlanRunner<K> {
             (BoardMessage::Other(ToHost::Settings(settings)), _) => {
                 self.on_settings(now_us, settings)?;
             }
-            (BoardMessage::Other(ToHost::Record(record)), _) => self.on_record(now_us, &record)?,
+            (BoardMessage::Other(ToHost::Record(record)), _) => self.on_record(now_us, record)?,
             (BoardMessage::Other(ToHost::Concluded(conclusion)), _) => {
-                self.sink.concluded(&conclusion);
+                self.sink.concluded(conclusion);
             }
             (BoardMessage::Done, Phase::SettingUp) => self.continue_set_up(now_us),
             (BoardMessage::Done, Phase::Arming) => self.enter(Phase::CheckingMotors, now_us),
@@ -47,10 +47,10 @@ impl<K: RecordSink> PlanRunner<K> {
                 return self.continue_switching_off(now_us);
             }
             (BoardMessage::Refused(refusal), Phase::Arming) => {
-                return Err(refused("arm", refusal));
+                return Err(refused("arm", *refusal));
             }
             (BoardMessage::Refused(refusal), Phase::SettingUp) => {
-                return Err(refused("configure", refusal));
+                return Err(refused("configure", *refusal));
             }
             // A fault came first: the records show it.
             (BoardMessage::Refused(Refusal::Faulted), Phase::Running(_))
@@ -60,7 +60,7 @@ impl<K: RecordSink> PlanRunner<K> {
                 self.late_points += 1;
             }
             (BoardMessage::Refused(refusal), Phase::Running(_)) => {
-                self.give_up(now_us, refused(self.last_command, refusal));
+                self.give_up(now_us, refused(self.last_command, *refusal));
             }
             (
                 BoardMessage::Other(ToHost::Found {
@@ -127,17 +127,17 @@ impl<K: RecordSink> PlanRunner<K> {
         }
     }
 
-    fn on_settings(&mut self, now_us: u64, settings: Settings) -> Result<(), PlanError> {
-        let [_, last] = self.settings.get_or_insert([settings; 2]);
-        *last = settings;
+    fn on_settings(&mut self, now_us: u64, settings: &Settings) -> Result<(), PlanError> {
+        let [_, last] = self.settings.get_or_insert([*settings; 2]);
+        *last = *settings;
         if let (InitialSettings::Changed(change), Phase::ReadingSettings) =
             (&self.plan.begin, &self.phase)
         {
-            let target = change.apply(&settings)?;
+            let target = change.apply(settings)?;
             if let Some(refusal) = armbridge_board::bridge::settings_refusal(&target) {
                 return Err(PlanError::Settings(refusal));
             }
-            self.queue.extend(plan::differences(&settings, &target));
+            self.queue.extend(plan::differences(settings, &target));
             self.enter(Phase::SettingUp, now_us);
             self.continue_set_up(now_us);
         }

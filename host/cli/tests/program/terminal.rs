@@ -178,9 +178,7 @@ fn is_left_disarmed(path: &Path) -> bool {
     let recording = Recording::load(path).unwrap();
     let events: Vec<&EventKind> = recording.events.iter().map(|event| &event.kind).collect();
     let idle = events.iter().rev().find_map(|event| match event {
-        EventKind::Sent(sequence, ToBoard::Command(Command::Idle | Command::Park)) => {
-            Some(*sequence)
-        }
+        EventKind::Sent(sequence, ToBoard::Command(Command::Park)) => Some(*sequence),
         _ => None,
     });
     let taken = events.iter().position(|event| {

@@ -278,7 +278,7 @@ impl Session {
         bytes: &mut &[u8],
     ) -> Result<Option<BoardMessage>, SessionError> {
         while let Some(message) = self.link.receive(bytes) {
-            if self.take(now_us, message)? {
+            if self.take(now_us, &message)? {
                 return Ok(Some(message));
             }
         }
@@ -299,15 +299,15 @@ impl Session {
     }
 
     /// Processes a message. False if it concerns only the session.
-    fn take(&mut self, now_us: u64, message: BoardMessage) -> Result<bool, SessionError> {
+    fn take(&mut self, now_us: u64, message: &BoardMessage) -> Result<bool, SessionError> {
         match message {
             BoardMessage::OtherSchema(hello) => {
-                self.status.take(&ToHost::Hello(hello));
-                return Err(SessionError::OtherSchema(hello));
+                self.status.take(&ToHost::Hello(*hello));
+                return Err(SessionError::OtherSchema(*hello));
             }
             BoardMessage::Hello(hello) => {
                 self.was_greeted = true;
-                self.status.take(&ToHost::Hello(hello));
+                self.status.take(&ToHost::Hello(*hello));
             }
             BoardMessage::Done => self.finish_request(now_us, Ok(())),
             BoardMessage::Refused(Refusal::OtherSession)
@@ -318,13 +318,13 @@ impl Session {
                     return Ok(false);
                 }
             }
-            BoardMessage::Refused(refusal) => self.finish_request(now_us, Err(refusal)),
+            BoardMessage::Refused(refusal) => self.finish_request(now_us, Err(*refusal)),
             BoardMessage::Other(message) => {
                 let before = self.status.report;
-                self.status.take(&message);
+                self.status.take(message);
                 match message {
                     ToHost::Board(report)
-                        if before.is_some_and(|before| before.is_before_reset(&report)) =>
+                        if before.is_some_and(|before| before.is_before_reset(report)) =>
                     {
                         // Intended for the board before its reset.
                         self.drop_requests(now_us);

@@ -10,8 +10,7 @@ use armbridge_link::message::{Moment, Refusal, Settings};
 use serde::{Deserialize, Serialize};
 
 /// A change, or a refusal of one.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-#[expect(clippy::large_enum_variant, reason = "few wait at a time")]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) enum Edit {
     /// A command was accepted or refused.
     Answer {
@@ -21,7 +20,7 @@ pub(super) enum Edit {
     /// The start point of a motion was taken.
     Departs { sequence: u16 },
     /// A hello was received, by a board with these settings.
-    Began { settings: Option<Settings> },
+    Began { settings: Option<Box<Settings>> },
 }
 
 /// Edits that wait at a time. A board sends them some ticks ahead of records; only a log
@@ -42,7 +41,7 @@ impl Edits {
 
     /// Those that wait, in order.
     pub(super) fn all(&self) -> Vec<(Moment, Edit)> {
-        self.0.iter().copied().collect()
+        self.0.iter().cloned().collect()
     }
 
     pub(super) fn clear(&mut self) {

@@ -97,7 +97,7 @@ impl Replayer {
             EventKind::Sent(sequence, ToBoard::Command(command)) => {
                 self.commands.insert(sequence, command);
             }
-            EventKind::Received(_, message) => self.receive(message)?,
+            EventKind::Received(_, message) => self.receive(&message)?,
             EventKind::Lost(Direction::ToHost, frames) => {
                 self.flush()?;
                 self.lose(Loss::Frames, 0);
@@ -120,8 +120,8 @@ impl Replayer {
         Ok(())
     }
 
-    fn receive(&mut self, message: ToHost) -> Result<(), ReplayError> {
-        match message {
+    fn receive(&mut self, message: &ToHost) -> Result<(), ReplayError> {
+        match *message {
             ToHost::Record(record) => {
                 if let Some(waiting) = self.waiting.replace(record) {
                     self.tick(&waiting)?;
@@ -153,7 +153,7 @@ impl Replayer {
                     self.lose(Loss::Restart, 0);
                     self.last = None;
                 }
-                let settings = self.reported;
+                let settings = self.reported.map(Box::new);
                 self.edits.push(moment, Edit::Began { settings });
             }
             ToHost::Settings(settings) => self.reported = Some(settings),
@@ -305,11 +305,11 @@ impl Replayer {
                 self.start_points.insert(sequence, start_point);
                 Ok(())
             }
-            Edit::Began { settings } => self.began(moment, settings),
+            Edit::Began { settings } => self.began(moment, settings.as_deref()),
         }
     }
 
-    fn began(&mut self, moment: Moment, reported: Option<Settings>) -> Result<(), ReplayError> {
+    fn began(&mut self, moment: Moment, reported: Option<&Settings>) -> Result<(), ReplayError> {
         // The last tick that was decided before the hello.
         let decided = moment.tick.wrapping_sub(u32::from(!moment.is_decided));
         if let Some(last) = self
@@ -326,8 +326,8 @@ impl Replayer {
         let Some(reported) = reported else {
             return Ok(());
         };
-        let settings = self.changes.apply(&reported)?;
-        self.changed.extend(what_if::changed(&reported, &settings));
+        let settings = self.changes.apply(reported)?;
+        self.changed.extend(what_if::changed(reported, &settings));
         if settings != self.settings {
             self.board = Board::new(&settings).map_err(ReplayError::Settings)?;
             self.settings = settings;

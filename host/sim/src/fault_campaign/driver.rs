@@ -182,7 +182,7 @@ impl Driver {
         self.client.command(command);
     }
 
-    fn process(&mut self, message: BoardMessage) {
+    fn process(&mut self, message: &BoardMessage) {
         match (message, self.phase) {
             // A board that has restarted is configured again, unless the activity ran.
             (
@@ -223,20 +223,20 @@ impl Driver {
                 BoardMessage::Refused(refusal),
                 Phase::SettingUp | Phase::Limiting | Phase::Arming | Phase::Commanding,
             ) => {
-                self.refusal = Some(refusal);
+                self.refusal = Some(*refusal);
                 self.phase = Phase::Refused;
             }
             (BoardMessage::Refused(Refusal::NotOff | Refusal::Hot { .. }), Phase::Clearing) => {
                 self.next_repeat_us = self.now_us + CLEAR_US;
             }
-            (BoardMessage::Other(ToHost::Board(report)), _) => self.board = Some(report),
-            (BoardMessage::Other(ToHost::Tripped(trip)), _) => self.trip = Some(trip),
-            (BoardMessage::Other(ToHost::Off(report)), _) => self.off = Some(report),
+            (BoardMessage::Other(ToHost::Board(report)), _) => self.board = Some(*report),
+            (BoardMessage::Other(ToHost::Tripped(trip)), _) => self.trip = Some(*trip),
+            (BoardMessage::Other(ToHost::Off(report)), _) => self.off = Some(*report),
             (BoardMessage::Other(ToHost::Found { is_ready, .. }), _) => {
-                self.is_ready = Some(is_ready);
+                self.is_ready = Some(*is_ready);
             }
             (BoardMessage::Other(ToHost::Record(record)), phase) => {
-                self.record = Some(record);
+                self.record = Some(*record);
                 let torques = record.output.torque_nm.iter();
                 self.max_torque_nm =
                     torques.fold(self.max_torque_nm, |most, nm| most.max(nm.abs()));
@@ -355,7 +355,7 @@ impl Host for Driver {
     fn receive(&mut self, now_us: u64, mut bytes: &[u8]) -> Result<(), Infallible> {
         self.now_us = now_us;
         while let Some(message) = self.client.receive(&mut bytes) {
-            self.process(message);
+            self.process(&message);
         }
         Ok(())
     }

@@ -42,7 +42,7 @@ const AGE_SLACK_US: u64 = 200_000;
 /// Time in µs by which a park may be longer than its bound: a clock that jumps, and the ticks.
 const PARK_SLACK_US: u64 = 300_000;
 /// Far more events than a case can have: six or seven a tick.
-const EVENTS_MAX: u32 = 1_000_000;
+const EVENTS_MAX: u32 = 500_000;
 /// Torque that a PWM's rounding adds, in N m: a count is 1.2 mN m.
 const ROUNDING_NM: f32 = 0.002;
 

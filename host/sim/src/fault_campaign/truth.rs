@@ -69,10 +69,8 @@ const PROOF_RAD: f64 = 0.04;
 /// Largest speed in rad/s at which an arm that floats may be lowered onto a stop: it is braked
 /// beyond.
 const LOWERED_RAD_S: f64 = 1.5;
-/// The same of an arm that is parked, and the torque towards the stop in N m that is none: two
-/// counts of PWM.
+/// The same of an arm that is parked.
 const PARKED_RAD_S: f64 = 0.3;
-const CARRIED_NM: f64 = 0.003;
 /// Time in µs after which nothing follows any more from a servo that could not be reached.
 const AFTERMATH_US: u64 = 2_000_000;
 /// Share by which an energy may exceed its bound: the integration's error.
@@ -198,7 +196,7 @@ impl Truth {
             Some(Drive::Park) => PARKED_RAD_S,
             _ => return false,
         };
-        towards_nm <= CARRIED_NM && impact.speed_rad_s <= most_rad_s
+        towards_nm <= 0.0 && impact.speed_rad_s <= most_rad_s
     }
 
     fn check_pressure(
