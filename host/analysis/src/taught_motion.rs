@@ -68,7 +68,48 @@ pub struct TaughtMotion {
 }
 
 /// Time in s and angles in rad.
-pub type Sample = (f64, [f64; JOINTS]);
+type Sample = (f64, [f64; JOINTS]);
+
+/// Samples of a board's last float.
+#[derive(Clone, Debug, Default)]
+pub struct FloatSamples {
+    samples: Vec<Sample>,
+    is_under_way: bool,
+}
+
+impl FloatSamples {
+    /// Takes the record of a tick, in order.
+    pub fn take(&mut self, record: &Record) {
+        let is_floating = record.mode.drive() == Some(Drive::Float);
+        if is_floating && !self.is_under_way {
+            self.samples.clear();
+        }
+        self.is_under_way = is_floating;
+        if is_floating {
+            let at_s = record.input.start_us as f64 * 1e-6;
+            let angle_rad = record.output.angle_rad.map(f64::from);
+            self.samples.push((at_s, angle_rad));
+        }
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.samples.len()
+    }
+
+    /// Whether there was no float.
+    pub fn is_empty(&self) -> bool {
+        self.samples.is_empty()
+    }
+
+    /// The motion along them.
+    ///
+    /// # Errors
+    /// See [`TeachError`].
+    pub fn motion(&self) -> Result<TaughtMotion, TeachError> {
+        TaughtMotion::from_samples(&self.samples)
+    }
+}
 
 impl TaughtMotion {
     /// The motion of the last float in these records.
@@ -78,27 +119,15 @@ impl TaughtMotion {
     pub fn from_records<'a>(
         records: impl IntoIterator<Item = &'a Record>,
     ) -> Result<Self, TeachError> {
-        let mut samples: Vec<Sample> = Vec::new();
-        let mut was_floating = false;
+        let mut float = FloatSamples::default();
         for record in records {
-            let is_floating = record.mode.drive() == Some(Drive::Float);
-            if is_floating && !was_floating {
-                samples.clear();
-            }
-            was_floating = is_floating;
-            if is_floating {
-                let at_s = record.input.start_us as f64 * 1e-6;
-                samples.push((at_s, record.output.angle_rad.map(f64::from)));
-            }
+            float.take(record);
         }
-        Self::from_samples(&samples)
+        float.motion()
     }
 
     /// The motion along these samples of a float.
-    ///
-    /// # Errors
-    /// See [`TeachError`].
-    pub fn from_samples(samples: &[Sample]) -> Result<Self, TeachError> {
+    fn from_samples(samples: &[Sample]) -> Result<Self, TeachError> {
         let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
             return Err(TeachError::NoFloat);
         };

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use armbridge_analysis::taught_motion::{Sample, TaughtMotion, TeachError};
+use armbridge_analysis::taught_motion::{FloatSamples, TaughtMotion, TeachError};
 use armbridge_link::message::{Drive, Record};
 use armbridge_log::output_file::{self, Existing};
 
@@ -14,10 +14,7 @@ const FILE: &str = "taught.csv";
 
 /// See the [module](self).
 #[derive(Clone, Debug, Default)]
-pub struct Lesson {
-    samples: Vec<Sample>,
-    is_under_way: bool,
-}
+pub struct Lesson(FloatSamples);
 
 /// Reason for which no motion was written.
 #[derive(Debug, thiserror::Error)]
@@ -33,15 +30,8 @@ pub enum LessonError {
 impl Lesson {
     /// Takes the record of a tick.
     pub(super) fn take(&mut self, record: &Record) {
-        let is_floating = record.mode.drive() == Some(Drive::Float);
-        if is_floating && !self.is_under_way {
-            self.samples.clear();
-        }
-        self.is_under_way = is_floating;
-        if is_floating && self.samples.len() < SAMPLES_MAX {
-            let at_s = record.input.start_us as f64 * 1e-6;
-            let angle_rad = record.output.angle_rad.map(f64::from);
-            self.samples.push((at_s, angle_rad));
+        if record.mode.drive() != Some(Drive::Float) || self.0.len() < SAMPLES_MAX {
+            self.0.take(record);
         }
     }
 
@@ -50,7 +40,7 @@ impl Lesson {
     /// # Errors
     /// See [`TeachError`].
     pub fn motion(&self) -> Result<TaughtMotion, TeachError> {
-        TaughtMotion::from_samples(&self.samples)
+        self.0.motion()
     }
 
     /// Writes the motion into this folder. Returns its file, and its duration in s.
