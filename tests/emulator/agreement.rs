@@ -99,16 +99,9 @@ fn all_controllers_and_motions_agree_with_the_bench() {
     run.run().unwrap();
     let emulated = without_measured_times(run.host.into_parts().0);
     let bench = without_measured_times(records(plant([0.2, -0.2], true), 1, tour()));
-    for (emulated, bench) in emulated.iter().zip(&bench) {
-        assert_eq!(emulated, bench);
-    }
-    assert_eq!(emulated.len(), bench.len());
+    assert_same(&emulated, &bench);
 
-    let in_mode = |mode| {
-        bench
-            .iter()
-            .filter(move |record| record.mode.drive() == Some(mode))
-    };
+    let in_mode = |drive| driven_by(&bench, drive);
     assert!(in_mode(Drive::Regulate).count() > 700 && in_mode(Drive::Track).count() > 3_000);
     let furthest = |joint: usize| {
         let angles = in_mode(Drive::Track).map(|record| record.output.angle_rad[joint]);
@@ -160,16 +153,9 @@ fn a_float_and_a_park_agree_with_the_bench() {
     let mut run = Cosim::new(virtual_board, led(), PlanRunner::new(script));
     run.run().unwrap();
     let bench = without_measured_times(run.host.into_parts().0);
-    for (emulated, bench) in emulated.iter().zip(&bench) {
-        assert_eq!(emulated, bench);
-    }
-    assert_eq!(emulated.len(), bench.len());
+    assert_same(&emulated, &bench);
 
-    let in_mode = |mode| {
-        bench
-            .iter()
-            .filter(move |record| record.mode.drive() == Some(mode))
-    };
+    let in_mode = |drive| driven_by(&bench, drive);
     let angles = |mode| in_mode(mode).map(|record| record.output.angle_rad[0]);
     assert!(
         angles(Drive::Float).fold(1.0_f32, f32::min) < -0.1,
@@ -180,6 +166,18 @@ fn a_float_and_a_park_agree_with_the_bench() {
         "it was lowered"
     );
     assert_eq!(bench.last().map(|record| record.mode), Some(Mode::Idle));
+}
+
+fn assert_same(emulated: &[Record], bench: &[Record]) {
+    for (emulated, bench) in emulated.iter().zip(bench) {
+        assert_eq!(emulated, bench);
+    }
+    assert_eq!(emulated.len(), bench.len());
+}
+
+fn driven_by(records: &[Record], drive: Drive) -> impl Iterator<Item = &Record> {
+    let is_driven = move |record: &&Record| record.mode.drive() == Some(drive);
+    records.iter().filter(is_driven)
 }
 
 fn without_measured_times(mut records: Vec<Record>) -> Vec<Record> {

@@ -9,6 +9,7 @@
 //! continues, and checks that torque is off. It never arms a second time by itself.
 
 pub(crate) mod action_text;
+mod ending;
 mod error;
 mod on_message;
 mod outcome;
@@ -35,7 +36,7 @@ use armbridge_link::message::{Command, Mode, OffReport, Record, Settings, Trip};
 use armbridge_sim::cosim::Interaction;
 
 use outcome::StopMonitor;
-use plan::{Action, InitialSettings};
+use plan::Action;
 use timeline::{ClockOffset, Due, Timeline};
 
 #[derive(Debug)]
@@ -194,7 +195,9 @@ impl<K: RecordSink> PlanRunner<K> {
 
     fn perform(&mut self, now_us: u64, action: Action) {
         match action {
-            Action::Command(command) if *command == Command::Park && !self.has_pose() => {
+            Action::Command(command)
+                if *command == Command::Park && !self.session.status().has_pose() =>
+            {
                 self.give_up(now_us, PlanError::NoPose);
             }
             Action::Command(command) => {
@@ -218,83 +221,9 @@ impl<K: RecordSink> PlanRunner<K> {
         }
     }
 
-    /// Ends the run as planned, or by a fault.
-    fn end(&mut self, now_us: u64, ending: Ending) {
-        self.ending.get_or_insert(ending);
-        self.leave(now_us);
-    }
-
-    /// Has the arm parked before the motors are switched off, if it is driven and has a pose.
-    fn leave(&mut self, now_us: u64) {
-        if self.has_pose() && self.mode.drive().is_some() {
-            self.is_armed = false;
-            self.command(now_us, Command::Park);
-            self.enter(Phase::Parking, now_us);
-        } else {
-            self.switch_off(now_us);
-        }
-    }
-
-    /// Ends the run with an error, after parking the arm or switching the motors off.
-    fn give_up(&mut self, now_us: u64, error: PlanError) {
-        self.error.get_or_insert(error);
-        self.leave(now_us);
-    }
-
-    fn switch_off(&mut self, now_us: u64) {
-        self.is_armed = false;
-        self.queue.clear();
-        // Restores the settings that the run changed.
-        if let (InitialSettings::Changed(_), Some([first, last])) =
-            (&self.plan.begin, &self.settings)
-        {
-            self.queue.extend(plan::differences(last, first));
-        }
-        if self.plan.is_releasing {
-            self.queue.push_back(Command::Release);
-        }
-        self.command(now_us, Command::Idle);
-        self.enter(Phase::SwitchingOff, now_us);
-    }
-
-    /// Whether the board has a pose to park the arm in.
-    fn has_pose(&self) -> bool {
-        let settings = self.settings.as_ref().map(|[_, last]| last);
-        settings.is_some_and(|settings| settings.limits.park.is_some())
-    }
-
     fn enter(&mut self, phase: Phase, now_us: u64) {
         self.phase = phase;
         self.entered_us = Some(now_us);
-    }
-
-    /// Handles Ctrl-C: parks or switches off, or ends if nothing was changed yet.
-    fn interrupt(&mut self, now_us: u64) {
-        self.ending.get_or_insert(Ending::Interrupted);
-        self.end_early(now_us);
-    }
-
-    fn end_early(&mut self, now_us: u64) {
-        match self.phase {
-            Phase::Connecting | Phase::ReadingSettings => self.enter(Phase::Over, now_us),
-            Phase::SettingUp
-            | Phase::WaitingForServos
-            | Phase::Arming
-            | Phase::CheckingMotors
-            | Phase::Running(_)
-                if self.error.is_none() =>
-            {
-                self.leave(now_us);
-            }
-            Phase::SwitchingOff | Phase::Over => {}
-            Phase::Parking if self.error.is_none() => {}
-            Phase::SettingUp
-            | Phase::WaitingForServos
-            | Phase::Arming
-            | Phase::CheckingMotors
-            | Phase::Running(_)
-            | Phase::Parking => self.switch_off(now_us),
-        }
     }
 }
 

@@ -159,8 +159,7 @@ impl LinkThread {
 
     fn leave(&mut self) -> Result<(), LinkThreadError> {
         self.request(Request::Leave);
-        let settings = self.session.status().settings;
-        let has_pose = settings.is_some_and(|settings| settings.limits.park.is_some());
+        let has_pose = self.session.status().has_pose();
         let park = Duration::from_micros(if has_pose { PARK_TIMEOUT_US } else { 0 });
         let begun = Instant::now();
         while !self.is_over() {

@@ -96,6 +96,17 @@ impl BoardStatus {
         self.record.map(|record| record.mode)
     }
 
+    /// Whether the motors are driven, by the latest tick.
+    pub fn is_driven(&self) -> bool {
+        self.mode().is_some_and(|mode| mode.drive().is_some())
+    }
+
+    /// Whether the board has a pose to park the arm in.
+    pub fn has_pose(&self) -> bool {
+        self.settings
+            .is_some_and(|settings| settings.limits.park.is_some())
+    }
+
     /// Discards everything: the board was reset, or its link broke.
     pub fn forget(&mut self) {
         *self = Self {

@@ -3,6 +3,8 @@
 //! The table checks every file before it is parsed, and is what `armbridge run --explain`
 //! prints. Ranges of motions depend on where the arm is: the board's planner checks them.
 
+mod bench;
+
 use armbridge_client::params::{Range, Shape, Takes};
 use armbridge_client::toml_file::keys::{Key, KeyTable, Kind};
 use armbridge_servo::JOINTS;
@@ -11,24 +13,16 @@ use armbridge_sim::plant;
 /// Largest time in s: a day.
 const DAY_S: f64 = 86_400.0;
 const TIME_S: Range = Range::reals(0.0, DAY_S);
-/// Angles in rad at which a hand holds the arm: inside the board's angle limit.
-const HELD_RAD: Range = Range::reals(-1.4, 1.4);
-/// Largest stiffness in N/m, and damping in N s/m, of a hand: the simulated arm moves in steps of
-/// 0.1 ms.
-const GRIP_N_M: Range = Range::reals(0.0, 10_000.0);
-const GRIP_N_S_M: Range = Range::reals(0.0, 100.0);
-/// Largest torque of a push in N m.
-const PUSH_NM: Range = Range::reals(-10.0, 10.0);
 /// The board's range of setpoints in rad, `REFERENCE_MAX_RAD`.
 pub(super) const REFERENCE_RAD: Range = Range::reals(-1.2, 1.2);
 /// The board's range of torques in N m, `hard::TORQUE_NM`.
 pub(super) const TORQUE_NM: Range = Range::reals(-1.25, 1.25);
 const CONTROLS: &[&str] = &["board", "paper", "compensated"];
-const FIRMWARE: &[&str] = &["morpheus", "stock"];
 
 /// Tables of a scenario file; the virtual arm has the keys of a plant file.
-pub(super) const TABLES: [KeyTable; 2] = [
-    KEYS,
+pub(super) const TABLES: [KeyTable; 3] = [
+    RUN,
+    bench::KEYS,
     KeyTable {
         prefix: "bench.plant.",
         keys: plant::KEYS.keys,
@@ -60,8 +54,10 @@ const fn every_s(path: &'static str) -> Key {
     Key::number(path, Range::reals(1e-3, DAY_S), about).unit("s")
 }
 
-/// The keys.
-pub const KEYS: KeyTable = KeyTable {
+/// The keys, but for those of a plant file.
+pub const KEYS: [KeyTable; 2] = [RUN, bench::KEYS];
+
+const RUN: KeyTable = KeyTable {
     prefix: "",
     keys: &[
         Key::new(
@@ -294,112 +290,6 @@ pub const KEYS: KeyTable = KeyTable {
             Kind::Value(Takes::OneOf(&["finished", "angle", "speed"])),
             "There are experiments, and each ends so.",
         ),
-        Key::new(
-            "bench",
-            Kind::Table,
-            "The simulated arm; without effect on a real one.",
-        ),
-        Key::number(
-            "bench.seed",
-            Range {
-                whole: true,
-                ..Range::FROM_0
-            },
-            "Seed of the encoder noise.",
-        )
-        .or("1"),
-        pair(
-            "bench.initial_rad",
-            HELD_RAD,
-            "Angles at which the arm is held until torque comes on.",
-        )
-        .unit("rad")
-        .or("[0.30, -0.25]"),
-        Key::new(
-            "bench.friction",
-            Kind::Switch,
-            "Whether the joints have dry friction.",
-        )
-        .or("the arm's own"),
-        Key::new(
-            "bench.plant_file",
-            Kind::Text,
-            "Virtual arm: a file beside the scenario, or the name of one that ships.",
-        ),
-        Key::new(
-            "bench.plant",
-            Kind::Table,
-            "The keys of a plant file, as `armbridge plants --explain` prints them.",
-        ),
-        Key::new(
-            "bench.servos",
-            Kind::Words(JOINTS, FIRMWARE),
-            "Firmware of each servo.",
-        )
-        .or("[\"morpheus\", \"morpheus\"]"),
-        Key::number(
-            "bench.baud",
-            Range::whole(1, 2_000_000),
-            "Baud rate stored in the servos.",
-        )
-        .or("1000000"),
-        Key::new("bench.push", Kind::Tables, "Pushes on the simulated arm."),
-        seconds("bench.push.at_s", "Start. Required."),
-        every_s("bench.push.every_s"),
-        Key::number(
-            "bench.push.joint",
-            Range::whole(1, JOINTS as u32),
-            "Joint. Required.",
-        ),
-        Key::number("bench.push.torque_nm", PUSH_NM, "Torque. Required.").unit("N m"),
-        seconds("bench.push.duration_s", "Length. Required."),
-        Key::new(
-            "bench.hand",
-            Kind::Tables,
-            "Hands that lead the simulated arm, one at a time.",
-        ),
-        seconds(
-            "bench.hand.at_s",
-            "Start: it grasps the arm where it is. Required.",
-        ),
-        every_s("bench.hand.every_s"),
-        Key::number(
-            "bench.hand.link",
-            Range::whole(1, JOINTS as u32),
-            "Link that it holds at its end.",
-        )
-        .or("2"),
-        Key::new(
-            "bench.hand.path",
-            Kind::Tables,
-            "Points to which it leads the arm. Required.",
-        ),
-        seconds("bench.hand.path.after_s", "Time after `at_s`. Required."),
-        pair(
-            "bench.hand.path.angle_rad",
-            HELD_RAD,
-            "Angles at that time. Required.",
-        )
-        .unit("rad"),
-        seconds(
-            "bench.hand.release_s",
-            "Time after `at_s` at which it lets go.",
-        )
-        .or("that of the last point"),
-        Key::number(
-            "bench.hand.stiffness_n_m",
-            GRIP_N_M,
-            "Spring by which it holds the link.",
-        )
-        .unit("N/m")
-        .or("300"),
-        Key::number(
-            "bench.hand.damping_n_s_m",
-            GRIP_N_S_M,
-            "Damper beside the spring.",
-        )
-        .unit("N s/m")
-        .or("10"),
     ],
 };
 

@@ -327,8 +327,8 @@ fn the_table_has_the_keys_that_the_parser_takes() {
         let error = toml::from_str::<file::File>(text).unwrap_err();
         let mut parsed: Vec<&str> = error.message().split('`').skip(3).step_by(2).collect();
         let below = KEYS
-            .keys
             .iter()
+            .flat_map(|table| table.keys)
             .filter_map(|key| key.path.strip_prefix(prefix));
         let mut known: Vec<&str> = below.filter(|name| !name.contains('.')).collect();
         parsed.sort_unstable();

@@ -41,7 +41,7 @@ pub(crate) fn run(args: &PlantsArgs) -> Outcome {
             // A file is checked, and an unknown name gets the nearest one.
             None => PlantFile::load(name).map(|_| format!("{name} is in order\n"))?,
         },
-        None if args.explain => keys::explain(&KEYS),
+        None if args.explain => keys::explain(&[KEYS]),
         None if args.json => {
             let plants = PLANTS.iter();
             let rows = plants.map(|plant| json!({ "name": plant.name, "about": plant.about() }));

@@ -223,8 +223,7 @@ impl Keys {
     }
 
     fn park(&mut self, model: &Model) -> Option<Action> {
-        let settings = model.board.settings;
-        if settings.is_some_and(|settings| settings.limits.park.is_some()) {
+        if model.board.has_pose() {
             return Some(Action::Request(Request::Command(Command::Park)));
         }
         self.note = Some("no pose to park in: set park.kind and park.angle_rad; d disarms");

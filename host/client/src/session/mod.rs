@@ -13,6 +13,7 @@
 //! | module           | contents                                                    |
 //! |------------------|-------------------------------------------------------------|
 //! | [`command_link`] | hello, heartbeats, one command until it is acknowledged     |
+//! | `leaving`        | the end: the park, and the goodbye                           |
 //! | [`channel_host`] | a host that takes its requests from a channel, on its own thread |
 //!
 //! # Times
@@ -22,6 +23,7 @@
 
 pub mod channel_host;
 pub mod command_link;
+mod leaving;
 
 pub use channel_host::{ChannelHost, SessionEnded, SessionHandle};
 pub use command_link::{BoardMessage, CommandLink, LinkStats};
@@ -34,6 +36,7 @@ use armbridge_link::server::LinkRole;
 
 use crate::error::SessionError;
 use crate::status::BoardStatus;
+use leaving::Leaving;
 
 /// Timeout of the first hello.
 pub const HELLO_TIMEOUT_US: u64 = 3_000_000;
@@ -72,21 +75,6 @@ pub enum Request {
     Stop,
     /// Park the arm or disarm, send a goodbye when that is done, and end.
     Leave,
-}
-
-/// Progress of the end of a session.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Leaving {
-    #[default]
-    No,
-    /// The board is asked to park the arm, or to disarm; with the timeout.
-    Disarming(u64),
-    /// The board parks the arm; with the timeout.
-    Parking(u64),
-    /// The goodbye is the next message.
-    Goodbye,
-    /// The goodbye has been sent.
-    Gone,
 }
 
 /// The host's end of a link, with its requests and the board's status.
@@ -171,7 +159,7 @@ impl Session {
             _ if !self.link.is_greeted() || self.status.is_observer() => Leaving::Goodbye,
             Some(_) | None => {
                 self.command(Command::Park);
-                Leaving::Disarming(now_us + LEAVE_TIMEOUT_US)
+                Leaving::begin(now_us)
             }
         };
     }
@@ -181,18 +169,11 @@ impl Session {
     /// # Errors
     /// If no board has answered the first hello in 3 s.
     pub fn transmit(&mut self, now_us: u64) -> Result<&[u8], SessionError> {
-        if let Leaving::Disarming(until_us) | Leaving::Parking(until_us) = self.leaving
-            && now_us >= until_us
-        {
-            self.leaving = Leaving::Goodbye;
+        if self.leaving.advance(now_us) {
+            return Ok(self.link.goodbye());
         }
-        match self.leaving {
-            Leaving::Goodbye => {
-                self.leaving = Leaving::Gone;
-                return Ok(self.link.goodbye());
-            }
-            Leaving::Gone => return Ok(&[]),
-            Leaving::No | Leaving::Disarming(_) | Leaving::Parking(_) => {}
+        if self.is_done() {
+            return Ok(&[]);
         }
         let since_us = *self.waiting_since_us.get_or_insert(now_us);
         if !self.was_greeted && now_us - since_us > HELLO_TIMEOUT_US {
@@ -253,17 +234,12 @@ impl Session {
     /// Latest time of the next call of [`transmit`](Session::transmit).
     pub fn wake_at_us(&self) -> u64 {
         let stop_us = self.stopping.map_or(u64::MAX, |(_, next_us)| next_us);
-        let leave_us = match self.leaving {
-            Leaving::No => u64::MAX,
-            Leaving::Disarming(until_us) | Leaving::Parking(until_us) => until_us,
-            Leaving::Goodbye | Leaving::Gone => 0,
-        };
         let queue_us = match self.queue.front() {
             Some(_) if self.can_send() => 0,
             Some(_) | None => u64::MAX,
         };
         let wake_us = self.link.wake_at_us().min(queue_us);
-        wake_us.min(stop_us).min(leave_us)
+        wake_us.min(stop_us).min(self.leaving.wake_at_us())
     }
 
     /// Decodes bytes from the board, up to the end of a message, which is in the
@@ -334,8 +310,8 @@ impl Session {
                     }
                     _ => {}
                 }
-                if matches!(self.leaving, Leaving::Parking(_)) && !self.is_driven() {
-                    self.leaving = Leaving::Goodbye;
+                if !self.status.is_driven() {
+                    self.leaving.switched_off();
                 }
             }
         }
@@ -345,22 +321,8 @@ impl Session {
     fn finish_request(&mut self, now_us: u64, answer: Result<(), Refusal>) {
         self.arm_attempts = 0;
         self.answer = Some(answer);
-        if let Leaving::Disarming(_) = self.leaving {
-            let settings = self.status.settings;
-            let has_pose = settings.is_some_and(|settings| settings.limits.park.is_some());
-            self.leaving = if has_pose && answer.is_ok() && self.is_driven() {
-                Leaving::Parking(now_us + PARK_TIMEOUT_US)
-            } else {
-                Leaving::Goodbye
-            };
-        }
-    }
-
-    /// Whether the motors are driven, as far as the board's records show.
-    fn is_driven(&self) -> bool {
-        self.status
-            .mode()
-            .is_some_and(|mode| mode.drive().is_some())
+        let parks = self.status.has_pose() && answer.is_ok() && self.status.is_driven();
+        self.leaving.answered(now_us, parks);
     }
 
     /// Drops the requests; an ongoing end of the session continues.
@@ -386,13 +348,7 @@ impl Session {
         self.queue.clear();
         self.arm_attempts = 0;
         self.stopping = None;
-        self.leaving = match self.leaving {
-            Leaving::No => Leaving::No,
-            // No goodbye can be sent; the board switches off when its host is silent.
-            Leaving::Disarming(_) | Leaving::Parking(_) | Leaving::Goodbye | Leaving::Gone => {
-                Leaving::Gone
-            }
-        };
+        self.leaving.disconnected();
     }
 
     /// Whether the session has ended.

@@ -298,16 +298,16 @@ fn unknown(prefix: &str, name: &str, tables: &[KeyTable]) -> String {
     )
 }
 
-/// Explanation of a table's keys: each with permitted values, default and meaning.
-pub fn explain(table: &KeyTable) -> String {
+/// Explanation of these tables' keys: each with permitted values, default and meaning.
+pub fn explain(tables: &[KeyTable]) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
-    let _ = write_all(&mut text, table.keys);
+    let _ = write_all(&mut text, tables);
     text
 }
 
-fn write_all(out: &mut String, keys: &[Key]) -> Written {
-    for key in keys {
+fn write_all(out: &mut String, tables: &[KeyTable]) -> Written {
+    for key in tables.iter().flat_map(|table| table.keys) {
         match key.takes {
             Kind::Table => writeln!(out, "\n[{}]", key.path)?,
             Kind::Tables => writeln!(out, "\n[[{}]]", key.path)?,
@@ -377,7 +377,7 @@ mod tests {
 
     #[test]
     fn explanations_have_every_key_and_fit_the_terminal() {
-        let text = explain(&TABLE);
+        let text = explain(&[TABLE]);
         assert!(
             text.contains("step.at_s: a number from 0 up, in s"),
             "{text}"

@@ -43,7 +43,7 @@
 //! | `reach`    | times in which servos cannot be reached           |
 //! | `watch`    | monitors the bytes that the board sends           |
 //! | `oracle`, `truth` | run a case, check the requirements, and those on the true arm |
-//! | `off_report`, `supply` | judges of what the board reports, and of its output for a relay |
+//! | `off_report`, `supply`, `park` | judges of what the board reports, of its output for a relay, and of parks |
 //! | `trace`    | the case as text                                  |
 //! | [`Report`] | a campaign in numbers                             |
 
@@ -62,6 +62,7 @@ mod lead;
 mod off_report;
 mod oracle;
 mod outcome;
+mod park;
 mod reach;
 mod report;
 mod requirement;

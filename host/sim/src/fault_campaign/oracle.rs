@@ -9,7 +9,6 @@
 //! Motors, modes and the true arm are checked at every event on the bench, not at ticks,
 //! from power-up to the end.
 
-use armbridge_board::tick::limits::PARK_US;
 use armbridge_link::message::{Drive, Fault, Mode, SettingsFrom};
 use armbridge_servo::JOINTS;
 
@@ -21,6 +20,7 @@ use super::injection::{Injection, Origin};
 use super::kind::Kind;
 use super::off_report::OffReportJudge;
 use super::outcome::Outcome;
+use super::park::{self, ParkJudge, is_parking};
 use super::requirement::{FaultExpectation, fault_expectation};
 use super::supply::SupplyJudge;
 use super::trace::Trace;
@@ -39,8 +39,6 @@ const END_US: u64 = 300_000;
 /// Time in µs by which a torque may outlive the age of its command: a clock that jumps, and
 /// the ticks.
 const AGE_SLACK_US: u64 = 200_000;
-/// Time in µs by which a park may be longer than its bound: a clock that jumps, and the ticks.
-const PARK_SLACK_US: u64 = 300_000;
 /// Far more events than a case can have: six or seven a tick.
 const EVENTS_MAX: u32 = 500_000;
 /// Torque that a PWM's rounding adds, in N m: a count is 1.2 mN m.
@@ -55,6 +53,7 @@ pub(super) struct CaseRunner<'a, 'b> {
     truth: Truth,
     off_report: OffReportJudge,
     supply: SupplyJudge,
+    park: ParkJudge,
     mode: Mode,
     /// Since when no motor may be on, in µs.
     undriven_us: Option<u64>,
@@ -64,8 +63,6 @@ pub(super) struct CaseRunner<'a, 'b> {
     first_us: Option<u64>,
     /// Time in µs since when the session that armed is over, by a goodbye or a hello.
     ended_us: Option<u64>,
-    /// Time in µs since when the arm is parked.
-    parks_since_us: Option<u64>,
     /// A motor's PWM exceeded the limits.
     is_pwm_exceeded: bool,
     events: u32,
@@ -79,6 +76,7 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
             truth: Truth::new(case, &fixture),
             off_report: OffReportJudge::new(case),
             supply: SupplyJudge::new(case),
+            park: ParkJudge::default(),
             fixture,
             trace,
             outcome: Outcome::new(case),
@@ -87,7 +85,6 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
             is_noise_fault: false,
             first_us: None,
             ended_us: None,
-            parks_since_us: None,
             is_pwm_exceeded: false,
             events: 0,
         }
@@ -156,9 +153,7 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
         let until_us = ready_us + last_us + self.case.observation_us();
         self.inject(Origin::Ready, ready_us, until_us);
         self.run_until(until_us, |_| false);
-        self.run_until(until_us + PARK_US + PARK_SLACK_US, |runner| {
-            !is_parking(runner.mode)
-        });
+        self.run_until(until_us + park::ENDS_US, |runner| !is_parking(runner.mode));
     }
 
     /// Starts the faults of this origin and ends them, as long as they end before that time.
@@ -253,11 +248,7 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
             self.outcome
                 .fail("still armed after the end of the session".into());
         }
-        if !is_parking(mode) {
-            self.parks_since_us = None;
-        } else if now_us > *self.parks_since_us.get_or_insert(now_us) + PARK_US + PARK_SLACK_US {
-            self.outcome.fail("the park does not end".into());
-        }
+        self.park.observe(now_us, mode, &mut self.outcome);
         let age_us = now_us.saturating_sub(self.fixture.driver().torque_us);
         let allowed_us = u64::from(self.case.limits().torque_age_ms) * 1_000 + AGE_SLACK_US;
         if mode.drive() == Some(Drive::Torque) && age_us > allowed_us && !self.fixture.is_down() {
@@ -402,10 +393,6 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
             outcome.fail(format!("{accepted} commands out of range accepted"));
         }
     }
-}
-
-fn is_parking(mode: Mode) -> bool {
-    mode.drive() == Some(Drive::Park)
 }
 
 #[cfg(test)]

@@ -106,7 +106,7 @@ pub(super) const LIMITS: [Parameter; 23] = limits! {
         Range::whole(0, u16::MAX as u32);
 };
 
-/// First pose: from there an upright arm is lowered to the table in 3 s.
+/// First pose: from there an upright arm is lowered to the table in 2.4 s.
 const LEANING: [Milliradians; JOINTS] = [Milliradians(1_200), Milliradians(0)];
 const NONE: &str = "none";
 const POSE: &str = "pose";
