@@ -95,6 +95,8 @@ impl CommandLink {
         self.disconnected();
         self.next_us = u64::MAX;
         self.outgoing.clear();
+        // An empty frame ends a partial frame in the board's receiver, which would lose this one.
+        self.outgoing.push(0);
         let (_, frame) = self.encoder.encode(&ToBoard::Goodbye);
         self.outgoing.extend_from_slice(frame);
         &self.outgoing
