@@ -10,7 +10,6 @@ pub mod device_permissions;
 pub mod finding;
 #[cfg(feature = "foxglove")]
 pub mod foxglove;
-pub mod link_thread;
 mod pending_commands;
 pub mod setup;
 pub mod watch;

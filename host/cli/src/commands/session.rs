@@ -4,12 +4,11 @@
 use std::time::Duration;
 
 use armbridge::config::Config;
-use armbridge::link_thread::LinkThread;
 use armbridge_client::event_queue::EventQueue;
 use armbridge_client::transport::{Intent, LinkOptions};
 use armbridge_client::{ctrl_c, stdio};
 use armbridge_sim::Bench;
-use armbridge_sim::link::{BoardUri, Options, Pace};
+use armbridge_sim::link::{BoardUri, LinkThread, Options, Pace};
 use armbridge_sim::plant::Plant;
 
 use super::recording::Recording;

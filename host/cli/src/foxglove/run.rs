@@ -11,13 +11,13 @@ use armbridge_client::session::Request;
 use armbridge_link::message::{Command, Settings};
 use armbridge_log::message_encoder::{Encoder, Message};
 use armbridge_log::topics::Topic;
+use armbridge_sim::link::LinkThread;
 
 use super::board::Board;
 use super::pending_requests::{Outcome, PendingRequests};
 use super::server::{Server, ServerError};
 use super::values;
 use super::viewer::ViewerId;
-use crate::link_thread::LinkThread;
 
 /// Period of the loop: viewers get messages at most this old, at 1 kHz five at a time.
 const LOOK: Duration = Duration::from_millis(5);

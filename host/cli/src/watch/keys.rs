@@ -12,8 +12,8 @@ use armbridge_link::server::LinkRole;
 use armbridge_servo::JOINTS;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
+use super::hand::Hand;
 use super::model::{Line, Model};
-use crate::link_thread::Hand;
 
 /// A step of the setpoint in rad: a tenth of the torque that a joint has, at the
 /// default gains less than a thirtieth.

@@ -16,6 +16,7 @@ use armbridge_client::ctrl_c;
 use armbridge_client::ctrl_c::Signal;
 use armbridge_client::event_queue::EventQueue;
 use armbridge_client::session::Request;
+use armbridge_sim::link::LinkThread;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event as TerminalEvent, KeyEventKind};
 
@@ -23,7 +24,6 @@ use super::keys::{Action, Keys};
 use super::model::Model;
 use super::playback::{Playback, Progress};
 use super::view;
-use crate::link_thread::LinkThread;
 
 /// Between two pictures.
 const FRAME: Duration = Duration::from_millis(66);
@@ -172,7 +172,7 @@ fn run(
                         }
                         Err(error) => keys.result = Some(error.to_string()),
                     },
-                    Action::Hand(hand) => session.apply_hand(hand),
+                    Action::Hand(hand) => session.touch(hand.into()),
                     Action::Teach => keys.result = Some(teach(&model)),
                     Action::Quit => return Ok(model),
                 }

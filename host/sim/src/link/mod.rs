@@ -10,9 +10,11 @@
 
 #[cfg(unix)]
 mod emulated;
+mod link_thread;
 mod uri;
 mod virtual_board;
 
+pub use link_thread::{LinkThread, LinkThreadError};
 pub use uri::{BoardUri, BoardUriError, CHOICES, EmulatorUri, ExternalBus};
 pub use virtual_board::run as drive_board;
 

@@ -10,7 +10,7 @@ mod keys;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
-use armbridge::link_thread::Hand;
+use armbridge::watch::hand::Hand;
 use armbridge::watch::keys::{Action, Keys};
 use armbridge::watch::model::Model;
 use armbridge::watch::view;

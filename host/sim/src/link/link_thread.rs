@@ -14,39 +14,14 @@ use armbridge_client::LinkError;
 use armbridge_client::error::SessionError;
 use armbridge_client::session::{ChannelHost, PARK_TIMEOUT_US, Request, SessionHandle};
 use armbridge_link::server::{LinkRole, Touch};
-use armbridge_sim::cosim::Interaction;
-use armbridge_sim::link::{BoardUri, Options, drive};
+
+use super::{BoardUri, Options, drive};
+use crate::cosim::Interaction;
 
 /// Time in which the board must acknowledge that it is disarmed, once the arm has been parked.
 const LEAVE: Duration = Duration::from_secs(3);
 /// Period at which that is checked.
 const LOOK: Duration = Duration::from_millis(10);
-
-/// A push by a key, which a standing arm takes without falling.
-const PUSH_NM: f32 = 0.3;
-const PUSH_US: u32 = 200_000;
-
-/// A hand on a simulated arm.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Hand {
-    /// Brings it back to where it began, and holds it until a motor drives it.
-    Lift,
-    /// Pushes this joint, 0.3 N m for 0.2 s.
-    Push(u8),
-}
-
-impl From<Hand> for Touch {
-    fn from(hand: Hand) -> Self {
-        match hand {
-            Hand::Lift => Self::Lift,
-            Hand::Push(joint) => Self::Push {
-                joint,
-                torque_nm: PUSH_NM,
-                duration_us: PUSH_US,
-            },
-        }
-    }
-}
 
 /// Way of a hand to the simulated arm.
 #[derive(Debug)]
@@ -123,15 +98,19 @@ impl LinkThread {
         Ok(thread)
     }
 
+    /// Session with the board.
+    pub fn session(&self) -> &SessionHandle {
+        &self.session
+    }
+
     /// Makes a request of the board.
     pub fn request(&self, request: Request) {
         // A link that has ended is noticed by `is_over`.
         let _ = self.session.request(request);
     }
 
-    /// Applies a hand to the simulated arm; without effect on a real one.
-    pub fn apply_hand(&self, hand: Hand) {
-        let touch = Touch::from(hand);
+    /// Touches the simulated arm; without effect on a real one.
+    pub fn touch(&self, touch: Touch) {
         // A link that has ended is noticed by `is_over`.
         let _ = match &self.hands {
             Hands::Bench(bench) => bench.send(touch.into()).is_ok(),
