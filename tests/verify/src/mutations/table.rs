@@ -71,8 +71,8 @@ pub(super) const MUTATIONS: &[Mutation] = &[
     Mutation {
         name: "silence of the host ignored",
         file: TIME_OUT,
-        find: "silent_ms > limits.silence_ms {",
-        replacement: "silent_ms > limits.silence_ms.saturating_add(60_000) {",
+        find: "(silent_ms > limits.silence_ms)",
+        replacement: "(silent_ms > limits.silence_ms.saturating_add(60_000))",
         judge: Campaign(SILENT_HOST),
     },
     Mutation {
