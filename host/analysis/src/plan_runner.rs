@@ -26,6 +26,7 @@ pub use record_sink::{AllRecords, RecordSink};
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
+use armbridge_client::board_clock::ClockOffset;
 use armbridge_client::error::SessionError;
 use armbridge_client::session::{
     ANSWER_TIMEOUT_US, ARM_TIMEOUT_US, HELLO_TIMEOUT_US, PARK_TIMEOUT_US, Request,
@@ -37,7 +38,7 @@ use armbridge_sim::cosim::Interaction;
 
 use outcome::StopMonitor;
 use plan::Action;
-use timeline::{ClockOffset, Due, Timeline};
+use timeline::{Due, Timeline};
 
 #[derive(Debug)]
 enum Phase {
@@ -185,7 +186,12 @@ impl<K: RecordSink> PlanRunner<K> {
             match timeline.take(elapsed_us, &self.plan.steps) {
                 None => {}
                 Some(Due::Point(point, begun_us)) => {
-                    let command = self.clock_offset.stream(since_us, begun_us, &point);
+                    let at_us = since_us + begun_us + point.after_us;
+                    let command = Command::Stream {
+                        at_us: self.clock_offset.board_us(at_us),
+                        angle_rad: point.angle_rad,
+                        speed_rad_s: point.speed_rad_s,
+                    };
                     self.command(now_us, command);
                 }
                 Some(Due::Step(action)) => self.perform(now_us, action),

@@ -1,6 +1,8 @@
 //! Faults and modes as text: the cause, the measured value against its limit, and the
 //! remedy.
 
+use std::fmt;
+
 use crate::number_text::beside_limit;
 use armbridge_link::message::{Drive, Fault, Mode, OffReport, OffState, Trip};
 
@@ -13,6 +15,17 @@ pub struct FaultDescription {
     pub measured: Option<String>,
     /// Remedy.
     pub remedy: &'static str,
+}
+
+/// Cause, value against limit, and remedy, in one sentence.
+impl fmt::Display for FaultDescription {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.cause)?;
+        if let Some(measured) = &self.measured {
+            write!(f, " ({measured})")?;
+        }
+        write!(f, "; {}", self.remedy)
+    }
 }
 
 /// Explains a trip.

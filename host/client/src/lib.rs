@@ -9,6 +9,9 @@
 //! | [`status`]       | latest message of each kind from a board                   |
 //! | [`event`]        | messages of a link, decoded from both directions' bytes    |
 //! | [`event_queue`]  | the same, passed to another thread                         |
+//! | [`telemetry`]    | records of the ticks, in blocks, for another thread        |
+//! | [`setpoint_stream`] | setpoints as a program computes them, as commands       |
+//! | [`board_clock`]  | the board's clock, as seen from the host                   |
 //! | [`tap`]          | listeners to a link's bytes                                |
 //! | [`simulation`]   | truth of a simulated arm, for those listeners              |
 //! | [`params`]       | the board's settings as names with values                  |
@@ -23,6 +26,7 @@
 // They panic where the output is gone: [`stdio`] does not.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
+pub mod board_clock;
 pub mod ctrl_c;
 pub mod endpoint;
 pub mod enum_names;
@@ -42,12 +46,14 @@ pub mod refusal_text;
 pub mod servo_bus;
 pub mod servo_table;
 pub mod session;
+pub mod setpoint_stream;
 pub mod shell_text;
 pub mod simulation;
 pub mod status;
 pub mod stdio;
 pub mod tap;
 pub mod tcp_pump;
+pub mod telemetry;
 pub mod toml_file;
 pub mod transport;
 

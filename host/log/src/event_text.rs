@@ -126,12 +126,8 @@ fn missing_reply(missing: Missing) -> &'static str {
 }
 
 fn tripped(tripped: &Trip) -> String {
-    let description = fault_text::in_words(tripped);
-    let measured = description
-        .measured
-        .map_or_else(String::new, |measured| format!(" ({measured})"));
-    let (cause, tick, remedy) = (description.cause, tripped.tick, description.remedy);
-    format!("fault in tick {tick}: {cause}{measured}; {remedy}")
+    let (tick, description) = (tripped.tick, fault_text::in_words(tripped));
+    format!("fault in tick {tick}: {description}")
 }
 
 fn board_severity(report: &BoardReport) -> Severity {

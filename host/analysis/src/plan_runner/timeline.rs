@@ -1,7 +1,5 @@
 //! Timeline of a run: the next step and the next point of a stream.
 
-use armbridge_link::message::Command;
-
 use super::plan::{Action, Point, STREAM_AHEAD, Step};
 
 /// The item of the timeline that is due.
@@ -85,29 +83,5 @@ impl Timeline {
         let point = stream.points.get(stream.next)?;
         stream.next += 1;
         Some(Due::Point(*point, stream.begun_us))
-    }
-}
-
-/// Offset of the board's clock from the host's in µs, estimated from received records by
-/// their smallest delay, with tracking of drift.
-#[derive(Debug, Default)]
-pub(super) struct ClockOffset(Option<i64>);
-
-impl ClockOffset {
-    pub(super) fn update(&mut self, now_us: u64, start_us: u64) {
-        let observed = start_us as i64 - now_us as i64;
-        let estimate = self.0.get_or_insert(observed);
-        // One part in 256 per tick: a drift of 50 ppm is tracked to microseconds.
-        *estimate = observed.max(*estimate - (*estimate - observed) / 256);
-    }
-
-    /// Command that streams a point in a run that began at `since_us`.
-    pub(super) fn stream(&self, since_us: u64, begun_us: u64, point: &Point) -> Command {
-        let at_us = since_us + begun_us + point.after_us;
-        Command::Stream {
-            at_us: at_us.saturating_add_signed(self.0.unwrap_or(0)),
-            angle_rad: point.angle_rad,
-            speed_rad_s: point.speed_rad_s,
-        }
     }
 }

@@ -25,7 +25,7 @@ pub mod channel_host;
 pub mod command_link;
 mod leaving;
 
-pub use channel_host::{ChannelHost, SessionEnded, SessionHandle};
+pub use channel_host::{ChannelHost, PendingAnswer, RequestError, SessionEnded, SessionHandle};
 pub use command_link::{BoardMessage, CommandLink, LinkStats};
 
 use std::collections::VecDeque;

@@ -133,10 +133,14 @@ impl LinkThread {
     /// # Errors
     /// If the link could not be served, or ended by itself.
     pub fn end(mut self) -> Result<(), LinkThreadError> {
-        self.leave()
+        self.join()
     }
 
-    fn leave(&mut self) -> Result<(), LinkThreadError> {
+    /// Disarms the board, and waits until the link is no longer served.
+    ///
+    /// # Errors
+    /// If that takes too long.
+    pub fn leave(&self) -> Result<(), LinkThreadError> {
         self.request(Request::Leave);
         let has_pose = self.session.status().has_pose();
         let park = Duration::from_micros(if has_pose { PARK_TIMEOUT_US } else { 0 });
@@ -147,6 +151,11 @@ impl LinkThread {
             }
             std::thread::sleep(LOOK);
         }
+        Ok(())
+    }
+
+    fn join(&mut self) -> Result<(), LinkThreadError> {
+        self.leave()?;
         match self.thread.take().map(JoinHandle::join) {
             None => Ok(()),
             Some(Ok(result)) => result,
@@ -158,6 +167,6 @@ impl LinkThread {
 impl Drop for LinkThread {
     fn drop(&mut self) {
         // An error cannot be returned here.
-        let _ = self.leave();
+        let _ = self.join();
     }
 }

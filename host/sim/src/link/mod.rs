@@ -7,13 +7,18 @@
 //! | `emulate:`, `emulate:IMAGE` | the current tree's or another firmware image under QEMU, with the bench |
 //! | `emulate:?icount`           | each instruction takes a fixed virtual time           |
 //! | `emulate:?bus=tcp://HOST:PORT&slow=50` | the image in slowed wall-clock time, on an external servo bus |
+//!
+//! [`drive`] runs a host on one; a [`LinkThread`] does so on a thread of its own, and a
+//! [`BoardClient`] makes calls of that.
 
+mod board_client;
 #[cfg(unix)]
 mod emulated;
 mod link_thread;
 mod uri;
 mod virtual_board;
 
+pub use board_client::{BoardClient, ClientError};
 pub use link_thread::{LinkThread, LinkThreadError};
 pub use uri::{BoardUri, BoardUriError, CHOICES, EmulatorUri, ExternalBus};
 pub use virtual_board::run as drive_board;

@@ -1,0 +1,67 @@
+"""Boards, benches and logs of Armbridge.
+
+>>> import armbridge as ab
+>>> with ab.connect("sim:") as arm:
+...     with arm.armed():
+...         arm.regulate([0.0, 0.0])
+...         block = arm.telemetry.take(1000)
+>>> block["angle_rad"].shape
+(1000, 2)
+
+Angles are in rad from upright, speeds in rad/s, torques in N m, times in s. A board is served by a
+thread of its own, which keeps the link alive while Python is busy; the arm is parked, or the board
+disarmed, at the end of every `with` block, by an exception too.
+"""
+
+import atexit
+
+from ._native import (
+    Arm,
+    Armed,
+    ArmbridgeError,
+    Block,
+    Board,
+    ClosedError,
+    DroppedError,
+    FaultError,
+    LinkError,
+    Log,
+    LogError,
+    Motion,
+    ObserverError,
+    RefusedError,
+    Replay,
+    Status,
+    Stream,
+    Telemetry,
+    Ticks,
+    Torque,
+    close_all,
+    connect,
+)
+
+atexit.register(close_all)
+
+__all__ = [
+    "Arm",
+    "ArmbridgeError",
+    "Armed",
+    "Block",
+    "Board",
+    "ClosedError",
+    "DroppedError",
+    "FaultError",
+    "LinkError",
+    "Log",
+    "LogError",
+    "Motion",
+    "ObserverError",
+    "RefusedError",
+    "Replay",
+    "Status",
+    "Stream",
+    "Telemetry",
+    "Ticks",
+    "Torque",
+    "connect",
+]

@@ -1,0 +1,405 @@
+import builtins
+from collections.abc import Iterator, Mapping, Sequence
+from os import PathLike
+from types import TracebackType
+from typing import Any, Self, TypeAlias, final
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+__all__ = [
+    "Arm",
+    "ArmbridgeError",
+    "Armed",
+    "Block",
+    "Board",
+    "ClosedError",
+    "DroppedError",
+    "FaultError",
+    "LinkError",
+    "Log",
+    "LogError",
+    "Motion",
+    "ObserverError",
+    "RefusedError",
+    "Replay",
+    "Status",
+    "Stream",
+    "Telemetry",
+    "Ticks",
+    "Torque",
+    "close_all",
+    "connect",
+]
+
+_Pair: TypeAlias = Sequence[float] | NDArray[np.floating[Any]]
+"""Two numbers, one for each joint: of shape (2,)."""
+_Value: TypeAlias = bool | int | float | str | np.generic | Sequence[bool | int | float | str] | NDArray[Any]
+"""Value of a parameter."""
+
+class ArmbridgeError(Exception):
+    """Base of the package's exceptions."""
+
+class LinkError(ArmbridgeError):
+    """The link to the board could not be opened, or has ended."""
+
+class ClosedError(ArmbridgeError):
+    """The board was closed, or belongs to the parent of this process."""
+
+class RefusedError(ArmbridgeError):
+    """The board refuses a command."""
+
+class FaultError(ArmbridgeError):
+    """The board has switched torque off; `clear` ends that."""
+
+class DroppedError(ArmbridgeError):
+    """A stop or a disarm overtook the command, or the board was reset."""
+
+class ObserverError(ArmbridgeError):
+    """Another program commands the board."""
+
+class LogError(ArmbridgeError):
+    """A log cannot be read or written."""
+
+def connect(
+    link: str = "sim:",
+    *,
+    log: str | PathLike[str] | None = None,
+    plant: str | None = None,
+    friction: bool = True,
+    initial: _Pair | None = None,
+    seed: int = 1,
+    observe: bool = False,
+) -> Board:
+    """Connects to a board and waits until it has reported itself.
+
+    `link` is `sim:`, `emulate:`, `usb:`, `serial:`, `tcp://HOST:PORT` or `pty:` as in the host
+    tool. A simulated board has its arm at `initial` angles in rad, and runs in step with the wall
+    clock. `log` is the path of a log to be written.
+
+    Raises LinkError if the link does not open, TimeoutError if the board does not answer.
+    """
+
+def close_all() -> None:
+    """Closes every connection, when the interpreter ends."""
+
+@final
+class Board:
+    """A board. A thread of its own serves the link; the board is disarmed, or its arm parked, when
+    it is closed, by the end of its `with` block at the latest."""
+
+    def __enter__(self) -> Self: ...
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+        /,
+    ) -> None: ...
+    def close(self) -> None:
+        """Parks the arm or disarms, and closes the link and the log."""
+
+    def status(self) -> Status:
+        """Status of the board."""
+
+    @property
+    def telemetry(self) -> Telemetry:
+        """Ticks as they arrive."""
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Parameters in force, by name."""
+
+    def get(self, name: str) -> Any:
+        """The value of a parameter; None if it belongs to another kind of controller or estimator."""
+
+    def set(self, parameters: Mapping[str, _Value], *, save: bool = False) -> None:
+        """Replaces parameters, all or none, and keeps them across power-off if `save`.
+
+        Raises ValueError for a name or value that there is not, RefusedError if the board refuses.
+        """
+
+    def armed(self) -> Armed:
+        """Arms the board for a `with` block, by whose end the arm is parked or the board disarmed."""
+
+    def arm(self) -> None:
+        """Arms the board: returns when its motors have been checked."""
+
+    def disarm(self) -> None:
+        """Parks the arm, if it has a pose and is driven, and disarms."""
+
+    def park(self) -> None:
+        """Moves the arm to the pose of `park.angle_rad`, lowers it there and disarms; disarms
+        without a pose."""
+
+    def stop(self) -> None:
+        """Emergency stop: torque off, until `clear`."""
+
+    def clear(self) -> None:
+        """Clears a fault."""
+
+    def regulate(self, q: _Pair) -> None:
+        """Holds the arm at these angles in rad, of shape (2,): a step, if it is elsewhere."""
+
+    def move_to(self, q: _Pair, duration: builtins.float | None = None) -> Motion:
+        """Moves the arm to these angles in rad, of shape (2,), with least jerk: in `duration` s, or
+        as fast as the board's bounds permit."""
+
+    def float(self) -> None:
+        """Makes the arm weightless, for a hand to lead."""
+
+    def stream(self, rate: builtins.float, *, lead: builtins.float = 0.03) -> Stream:
+        """A stream of setpoints at this rate in Hz, for a `with` block; each is sent `lead` s before
+        the arm follows it."""
+
+    def torque(self, rate: builtins.float) -> Torque:
+        """Torques of a controller in Python at this rate in Hz, for a `with` block."""
+
+    def push(self, joint: int, torque: builtins.float, duration: builtins.float) -> None:
+        """Pushes a joint, 1 or 2, of a simulated arm: torque in N m for a duration in s."""
+
+    def lift(self) -> None:
+        """Brings a simulated arm back to where it began, and holds it there until a motor drives it."""
+
+@final
+class Armed:
+    """The `with` block in which a board is armed."""
+
+    def __enter__(self) -> Board: ...
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+        /,
+    ) -> None: ...
+
+@final
+class Motion:
+    """A motion that the board has accepted."""
+
+    def wait(self, timeout: float = 30.0) -> None:
+        """Waits until the reference rests at the motion's end.
+
+        Raises FaultError if torque went off, DroppedError if another command ended the motion,
+        TimeoutError after `timeout` s.
+        """
+
+    @property
+    def done(self) -> bool:
+        """Whether the reference rests at the motion's end."""
+
+@final
+class Ticks:
+    """Times of a fixed rate, against deadlines that do not drift."""
+
+    def __iter__(self) -> Self: ...
+    def __next__(self) -> float: ...
+    def __len__(self) -> int: ...
+
+@final
+class Stream:
+    """A stream of setpoints, which the board interpolates."""
+
+    def __enter__(self) -> Self: ...
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+        /,
+    ) -> None: ...
+    def ticks(self, duration: float) -> Ticks:
+        """Deadlines for this many seconds."""
+
+    def send(self, q: _Pair, dq: _Pair | None = None) -> None:
+        """Sends the setpoint of the latest deadline of `ticks`, or of this moment without: angles in
+        rad, and speeds in rad/s unless the board is to compute them. The arm is there one lead
+        later; it joins the stream within 0.2 s."""
+
+    @property
+    def late(self) -> int:
+        """Number of setpoints that came too late for the board, which leaves them out."""
+
+@final
+class Torque:
+    """Torques of a controller in Python."""
+
+    def __enter__(self) -> Self: ...
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+        /,
+    ) -> None: ...
+    def ticks(self, duration: float) -> Ticks:
+        """Deadlines for this many seconds."""
+
+    def send(self, torque: _Pair) -> None:
+        """Sends torques in N m, which stay until the next ones, or until they are older than
+        `limits.torque_age_ms`: then torque is off."""
+
+@final
+class Status:
+    """Status of a board: its mode, and what it reports of itself."""
+
+    @property
+    def mode(self) -> str | None:
+        """`idle`, `armed`, `regulate`, `track`, `fault` and so on; None before the first tick."""
+
+    @property
+    def fault(self) -> str | None:
+        """Name of the fault, in mode `fault`."""
+
+    @property
+    def cause(self) -> str | None:
+        """Cause of the fault and what to do, in a sentence."""
+
+    @property
+    def obstacle(self) -> str | None:
+        """What the board lacks to be armed, in a sentence."""
+
+    @property
+    def is_armed(self) -> bool:
+        """Whether the motors may be driven."""
+
+    @property
+    def servos(self) -> str | None:
+        """Firmware of the servos, `Morpheus` or `AX-12A`; None until they are found."""
+
+    @property
+    def angle_rad(self) -> tuple[float, float] | None:
+        """Estimated angles in rad."""
+
+    @property
+    def speed_rad_s(self) -> tuple[float, float] | None:
+        """Estimated speeds in rad/s."""
+
+    @property
+    def tick(self) -> int | None:
+        """Number of the latest tick."""
+
+    @property
+    def temperature(self) -> tuple[int | None, int | None]:
+        """Temperatures of the servos: degrees Celsius of stock ones, converter counts of Morpheus."""
+
+@final
+class Telemetry:
+    """Ticks of the board as they arrive. Up to 60 000 wait to be taken."""
+
+    def take(self, count: int, timeout: float | None = None) -> Block:
+        """Waits for this many ticks and takes them, oldest first.
+
+        Raises TimeoutError after `timeout` s, LinkError if the link ends: the ticks wait.
+        """
+
+    def drain(self) -> Block:
+        """Takes all ticks that wait."""
+
+    @property
+    def waiting(self) -> int:
+        """Number of ticks that wait."""
+
+    @property
+    def lost(self) -> int:
+        """Number of ticks lost since the board was connected, on the link or because they were not
+        taken."""
+
+@final
+class Block:
+    """Ticks in order, whose quantities are arrays: `block["angle_rad"]` has shape (n, 2), what the
+    board has once has shape (n,). An array is made of the records when it is asked for."""
+
+    def __len__(self) -> int: ...
+    def __getitem__(self, name: str, /) -> NDArray[Any]: ...
+    def __contains__(self, name: str, /) -> bool: ...
+    def __iter__(self) -> Iterator[str]: ...
+    def keys(self) -> list[str]:
+        """Names of the quantities."""
+
+    def unit(self, name: str) -> str:
+        """Unit of a quantity, as `rad`; empty for words and plain numbers."""
+
+    def to_pandas(self) -> pd.DataFrame:
+        """A table with one column for each quantity and joint, as in the Parquet export."""
+
+@final
+class Log:
+    """A log in memory, as far as its first damage."""
+
+    def __new__(cls, path: str | PathLike[str]) -> Self: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, name: str, /) -> NDArray[Any]: ...
+    def __contains__(self, name: str, /) -> bool: ...
+    def __iter__(self) -> Iterator[str]: ...
+    def keys(self) -> list[str]:
+        """Names of the quantities."""
+
+    def unit(self, name: str) -> str:
+        """Unit of a quantity, as `rad`; empty for words and plain numbers."""
+
+    def to_pandas(self) -> pd.DataFrame:
+        """A table with one column for each quantity and joint, as in the Parquet export."""
+
+    @property
+    def path(self) -> PathLike[str]:
+        """Path of the log."""
+
+    @property
+    def damage(self) -> list[str]:
+        """Damage of the file, each in one sentence; empty for an intact one."""
+
+    @property
+    def settings(self) -> dict[str, Any] | None:
+        """Parameters of the board by name: in force when the motors were first driven, else the
+        last; None if the log has none."""
+
+    def replay(self) -> Replay:
+        """Runs the board's code on the recorded inputs, and compares its outputs to the bit."""
+
+@final
+class Replay:
+    """Result of a replay."""
+
+    @property
+    def equal(self) -> bool:
+        """Whether every compared tick and answer is equal to the bit."""
+
+    @property
+    def compared(self) -> int:
+        """Number of ticks that were compared."""
+
+    @property
+    def differing(self) -> int:
+        """Number of those that differ."""
+
+    @property
+    def first_difference(self) -> str | None:
+        """The first difference, in a sentence."""
+
+@final
+class Arm:
+    """Model of the arm: two links, gravity, and viscous friction. Angles are in rad from upright,
+    torques in N m, all of shape (2,)."""
+
+    def __new__(cls, plant: str | None = None) -> Self: ...
+    def mass(self, q: _Pair) -> NDArray[np.float64]:
+        """Mass matrix in kg m^2, of shape (2, 2)."""
+
+    def coriolis(self, q: _Pair, dq: _Pair) -> NDArray[np.float64]:
+        """Coriolis matrix, of shape (2, 2): its product with the speeds is a torque."""
+
+    def gravity(self, q: _Pair) -> NDArray[np.float64]:
+        """Torque of gravity in N m."""
+
+    def acceleration(self, q: _Pair, dq: _Pair, torque: _Pair) -> NDArray[np.float64]:
+        """Acceleration in rad/s^2 under a torque of the motors."""
+
+    def energy(self, q: _Pair, dq: _Pair) -> float:
+        """Kinetic and potential energy in J; the latter is 0 with both links level."""
+
+    def linearise(self, q: _Pair) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Matrices A of shape (4, 4) and B of shape (4, 2) of the arm at rest at these angles, with
+        the state of angles and speeds."""

@@ -1,0 +1,58 @@
+//! Native part of the Python package `armbridge`: a binding of the crates beside it, without logic
+//! of its own.
+//!
+//! | module      | contents                                                        |
+//! |-------------|-----------------------------------------------------------------|
+//! | `errors`    | exceptions by kind, each with the sentence of the host tool      |
+//! | `board`     | a board: commands, states and their contexts                     |
+//! | `motion`    | a motion under way                                               |
+//! | `periodic`  | streams and torques at a fixed rate                              |
+//! | `telemetry` | blocks of ticks as they arrive                                   |
+//! | `block`     | ticks as arrays                                                  |
+//! | `log`       | logs as arrays, and their replay                                 |
+//! | `settings`  | parameters of the board as Python values                         |
+//! | `status`    | the board's status                                               |
+//! | `model`     | equations of motion of the arm                                   |
+//!
+//! The interpreter's lock is released wherever a call waits or works for long.
+
+// An error is formatted where it becomes an exception, and what Python passes is owned.
+#![expect(clippy::needless_pass_by_value, reason = "signatures of Python")]
+
+mod block;
+mod board;
+mod errors;
+mod log;
+mod model;
+mod motion;
+mod periodic;
+mod settings;
+mod status;
+mod telemetry;
+
+use pyo3::prelude::*;
+
+#[pymodule(gil_used = false)]
+mod _native {
+    #[pymodule_export]
+    use crate::block::Block;
+    #[pymodule_export]
+    use crate::board::{Armed, Board, close_all, connect};
+    #[pymodule_export]
+    use crate::errors::{
+        ArmbridgeError, ClosedError, DroppedError, FaultError, LinkError, LogError, ObserverError,
+        RefusedError,
+    };
+    #[pymodule_export]
+    use crate::log::{Log, Replay};
+    #[pymodule_export]
+    use crate::model::Arm;
+    #[pymodule_export]
+    use crate::motion::Motion;
+    #[pymodule_export]
+    use crate::periodic::{Stream, Ticks, Torque};
+    #[pymodule_export]
+    use crate::status::Status;
+    #[pymodule_export]
+    use crate::telemetry::Telemetry;
+}

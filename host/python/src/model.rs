@@ -1,0 +1,139 @@
+//! Equations of motion of the arm, by the board's own code, in double precision.
+
+use armbridge_control::arm::{Parameters, State};
+use armbridge_sim::plant::PlantFile;
+use nalgebra::{Matrix2, Vector2};
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+
+use crate::errors::value_error;
+
+type Vector<'py> = Bound<'py, PyArray1<f64>>;
+type Matrix<'py> = Bound<'py, PyArray2<f64>>;
+
+/// Model of the arm: two links, gravity, and viscous friction. Angles are in rad from upright,
+/// torques in N m, all of shape (2,).
+#[pyclass(frozen, module = "armbridge")]
+pub(crate) struct Arm(Parameters<f64>);
+
+fn vector(value: &Bound<'_, PyAny>, what: &str) -> PyResult<Vector2<f64>> {
+    let items: Vec<f64> = value
+        .try_iter()?
+        .map(|item| item?.extract())
+        .collect::<PyResult<_>>()?;
+    let [first, second] = items[..] else {
+        return Err(value_error(format!(
+            "expected two {what}, got {}",
+            items.len()
+        )));
+    };
+    Ok(Vector2::new(first, second))
+}
+
+fn column(py: Python<'_>, value: Vector2<f64>) -> Vector<'_> {
+    PyArray1::from_slice(py, value.as_slice())
+}
+
+fn matrix(py: Python<'_>, value: Matrix2<f64>) -> PyResult<Matrix<'_>> {
+    let rows: Vec<Vec<f64>> = value
+        .row_iter()
+        .map(|row| row.iter().copied().collect())
+        .collect();
+    PyArray2::from_vec2(py, &rows).map_err(value_error)
+}
+
+#[pymethods]
+impl Arm {
+    /// The arm of the paper, or that of a plant file or of a plant that ships.
+    #[new]
+    #[pyo3(signature = (plant = None))]
+    fn new(plant: Option<&str>) -> PyResult<Self> {
+        Ok(Self(match plant {
+            None => Parameters::paper(),
+            Some(name) => {
+                PlantFile::load(name)
+                    .map_err(value_error)?
+                    .config([0.0; 2])
+                    .arm
+            }
+        }))
+    }
+
+    /// Mass matrix in kg m^2, of shape (2, 2).
+    fn mass<'py>(&self, py: Python<'py>, q: &Bound<'_, PyAny>) -> PyResult<Matrix<'py>> {
+        matrix(py, self.0.mass(vector(q, "angles in rad")?))
+    }
+
+    /// Coriolis matrix, of shape (2, 2): its product with the speeds is a torque.
+    fn coriolis<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'_, PyAny>,
+        dq: &Bound<'_, PyAny>,
+    ) -> PyResult<Matrix<'py>> {
+        let (q, dq) = (vector(q, "angles in rad")?, vector(dq, "speeds in rad/s")?);
+        matrix(py, self.0.coriolis(q, dq))
+    }
+
+    /// Torque of gravity in N m.
+    fn gravity<'py>(&self, py: Python<'py>, q: &Bound<'_, PyAny>) -> PyResult<Vector<'py>> {
+        Ok(column(py, self.0.gravity(vector(q, "angles in rad")?)))
+    }
+
+    /// Acceleration in rad/s^2 under a torque of the motors.
+    fn acceleration<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'_, PyAny>,
+        dq: &Bound<'_, PyAny>,
+        torque: &Bound<'_, PyAny>,
+    ) -> PyResult<Vector<'py>> {
+        let state = State {
+            q: vector(q, "angles in rad")?,
+            dq: vector(dq, "speeds in rad/s")?,
+        };
+        let torque = vector(torque, "torques in N m")?;
+        Ok(column(py, self.0.acceleration(&state, torque)))
+    }
+
+    /// Kinetic and potential energy in J; the latter is 0 with both links level.
+    fn energy(&self, q: &Bound<'_, PyAny>, dq: &Bound<'_, PyAny>) -> PyResult<f64> {
+        let state = State {
+            q: vector(q, "angles in rad")?,
+            dq: vector(dq, "speeds in rad/s")?,
+        };
+        Ok(self.0.energy(&state))
+    }
+
+    /// Matrices A of shape (4, 4) and B of shape (4, 2) of the arm at rest at these angles, with the
+    /// state of angles and speeds.
+    fn linearise<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'_, PyAny>,
+    ) -> PyResult<(Matrix<'py>, Matrix<'py>)> {
+        let linear = self.0.linearise(vector(q, "angles in rad")?);
+        let rows = |rows: Vec<Vec<f64>>| PyArray2::from_vec2(py, &rows).map_err(value_error);
+        Ok((
+            rows(
+                linear
+                    .a
+                    .row_iter()
+                    .map(|row| row.iter().copied().collect())
+                    .collect(),
+            )?,
+            rows(
+                linear
+                    .b
+                    .row_iter()
+                    .map(|row| row.iter().copied().collect())
+                    .collect(),
+            )?,
+        ))
+    }
+
+    fn __repr__(&self) -> String {
+        let [first, second] = self.0.weight_nm();
+        format!("<Arm of {first:.3} and {second:.3} N m of weight>")
+    }
+}

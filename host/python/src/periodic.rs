@@ -1,0 +1,241 @@
+//! Streams of setpoints, and torques, at a fixed rate.
+
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use armbridge_client::session::{PendingAnswer, Request, RequestError};
+use armbridge_client::setpoint_stream::SetpointStream;
+use armbridge_link::message::{Command, Refusal};
+use armbridge_sim::link::ClientError;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use crate::board::{Connection, angles, lock, pair};
+use crate::errors::from_client;
+use crate::telemetry::seconds;
+
+/// Period at which a call that waits looks for signals.
+const LOOK: Duration = Duration::from_millis(50);
+/// Highest rate in Hz: a command is sent when the one before has been answered, some ticks later.
+const RATE_MAX_HZ: f64 = 250.0;
+
+/// Period of a rate in Hz.
+pub(crate) fn period(rate: f64) -> PyResult<Duration> {
+    if rate > 0.0 && rate <= RATE_MAX_HZ {
+        return seconds(1.0 / rate);
+    }
+    Err(PyValueError::new_err(format!(
+        "expected a rate above 0 and at most {RATE_MAX_HZ} Hz, got {rate}; a motion that the board \
+         computes itself needs no rate"
+    )))
+}
+
+/// Commands one after the other, without waiting for their answers.
+struct Sender {
+    connection: Arc<Connection>,
+    pending: Mutex<Option<(Command, PendingAnswer)>>,
+}
+
+impl Sender {
+    fn new(connection: Arc<Connection>) -> Self {
+        Self {
+            connection,
+            pending: Mutex::new(None),
+        }
+    }
+
+    /// Sends a command. Returns whether the one before came too late for the board.
+    fn send(&self, command: Command) -> PyResult<bool> {
+        let client = self.connection.client()?;
+        let pending = client.thread().session().ask(Request::Command(command));
+        let pending = pending.map_err(|ended| from_client(&ended.into()))?;
+        let mut latest = lock(&self.pending);
+        let Some((before, answer)) = latest.replace((command, pending)) else {
+            return Ok(false);
+        };
+        match answer.wait(Duration::ZERO) {
+            Some(Err(RequestError::Refused(Refusal::Late { .. }))) => Ok(true),
+            Some(Err(RequestError::Refused(refusal))) => {
+                let command = Box::new(before);
+                Err(from_client(&ClientError::Refused { command, refusal }))
+            }
+            Some(Err(RequestError::Dropped)) => Err(from_client(&ClientError::Dropped)),
+            // It is under way; the session sends both in order.
+            Some(Ok(())) | None => Ok(false),
+        }
+    }
+}
+
+/// Times of a fixed rate, against deadlines that do not drift.
+#[pyclass(frozen, module = "armbridge")]
+pub(crate) struct Ticks {
+    begun: Instant,
+    period: Duration,
+    count: u32,
+    next: Mutex<u32>,
+    /// Time of the latest deadline in s, for the stream.
+    latest: Arc<Mutex<Option<f64>>>,
+}
+
+impl Ticks {
+    fn new(period: Duration, duration_s: f64, latest: Arc<Mutex<Option<f64>>>) -> PyResult<Self> {
+        let count = seconds(duration_s)?.as_secs_f64() / period.as_secs_f64();
+        Ok(Self {
+            begun: Instant::now(),
+            period,
+            count: count.round() as u32,
+            next: Mutex::new(0),
+            latest,
+        })
+    }
+}
+
+#[pymethods]
+impl Ticks {
+    fn __iter__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        slf
+    }
+
+    /// Waits for the next deadline. Returns its time in s since the first.
+    fn __next__(&self, py: Python<'_>) -> PyResult<Option<f64>> {
+        let index = {
+            let mut next = lock(&self.next);
+            if *next == self.count {
+                return Ok(None);
+            }
+            *next += 1;
+            *next - 1
+        };
+        let due = self.begun + self.period * index;
+        loop {
+            let left = due.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                let t = (self.period * index).as_secs_f64();
+                *lock(&self.latest) = Some(t);
+                return Ok(Some(t));
+            }
+            py.detach(|| std::thread::sleep(left.min(LOOK)));
+            py.check_signals()?;
+        }
+    }
+
+    fn __len__(&self) -> usize {
+        self.count as usize
+    }
+}
+
+/// A stream of setpoints, which the board interpolates.
+#[pyclass(frozen, module = "armbridge")]
+pub(crate) struct Stream {
+    sender: Sender,
+    period: Duration,
+    lead: Duration,
+    late: Mutex<u64>,
+    latest: Arc<Mutex<Option<f64>>>,
+    begun: Mutex<Option<(Instant, SetpointStream)>>,
+}
+
+impl Stream {
+    pub(crate) fn new(connection: Arc<Connection>, rate: f64, lead: f64) -> PyResult<Self> {
+        Ok(Self {
+            sender: Sender::new(connection),
+            period: period(rate)?,
+            lead: seconds(lead)?,
+            late: Mutex::new(0),
+            latest: Arc::default(),
+            begun: Mutex::default(),
+        })
+    }
+}
+
+#[pymethods]
+impl Stream {
+    /// Deadlines for this many seconds.
+    fn ticks(&self, duration: f64) -> PyResult<Ticks> {
+        Ticks::new(self.period, duration, Arc::clone(&self.latest))
+    }
+
+    /// Sends the setpoint of the latest deadline of `ticks`, or of this moment without: angles in
+    /// rad, and speeds in rad/s unless the board is to compute them. The arm is there one lead
+    /// later; it joins the stream within 0.2 s.
+    #[pyo3(signature = (q, dq = None))]
+    fn send(&self, q: &Bound<'_, PyAny>, dq: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let angle_rad = angles(q)?;
+        let speed_rad_s = dq.map(|dq| pair(dq, "speeds in rad/s")).transpose()?;
+        let client = self.sender.connection.client()?;
+        let now = Instant::now();
+        let due_us = client.telemetry().board_us(now + self.lead);
+        let command = {
+            let mut begun = lock(&self.begun);
+            let (since, stream) = begun.get_or_insert_with(|| {
+                let record = client.status().record;
+                let from = record.map_or(angle_rad, |record| record.output.reference_rad);
+                (now, SetpointStream::new(from, due_us))
+            });
+            let elapsed_s = now.duration_since(*since).as_secs_f64();
+            let t_s = lock(&self.latest).unwrap_or(elapsed_s);
+            stream.command(t_s, due_us, angle_rad, speed_rad_s)
+        };
+        if self.sender.send(command)? {
+            *lock(&self.late) += 1;
+        }
+        Ok(())
+    }
+
+    /// Number of setpoints that came too late for the board, which leaves them out.
+    #[getter]
+    fn late(&self) -> u64 {
+        *lock(&self.late)
+    }
+
+    fn __enter__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    /// Ends the stream: the board brakes the arm after its last setpoint, and holds it.
+    #[pyo3(signature = (*_error))]
+    #[expect(clippy::unused_self, reason = "a method of Python")]
+    fn __exit__(&self, _error: &Bound<'_, PyTuple>) {}
+}
+
+/// Torques of a controller in Python.
+#[pyclass(frozen, module = "armbridge")]
+pub(crate) struct Torque {
+    sender: Sender,
+    period: Duration,
+}
+
+impl Torque {
+    pub(crate) fn new(connection: Arc<Connection>, rate: f64) -> PyResult<Self> {
+        Ok(Self {
+            sender: Sender::new(connection),
+            period: period(rate)?,
+        })
+    }
+}
+
+#[pymethods]
+impl Torque {
+    /// Deadlines for this many seconds.
+    fn ticks(&self, duration: f64) -> PyResult<Ticks> {
+        Ticks::new(self.period, duration, Arc::default())
+    }
+
+    /// Sends torques in N m, which stay until the next ones, or until they are older than
+    /// `limits.torque_age_ms`: then torque is off.
+    fn send(&self, torque: &Bound<'_, PyAny>) -> PyResult<()> {
+        let torque_nm = pair(torque, "torques in N m")?;
+        self.sender.send(Command::Torque(torque_nm)).map(|_| ())
+    }
+
+    fn __enter__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    /// Ends the torque: the board holds the arm where it is, or disarms if it cannot.
+    #[pyo3(signature = (*_error))]
+    fn __exit__(&self, py: Python<'_>, _error: &Bound<'_, PyTuple>) -> PyResult<()> {
+        self.sender.connection.hold(py)
+    }
+}
