@@ -22,6 +22,7 @@ mod output;
 mod outside;
 mod packages;
 mod paths;
+mod python_package;
 mod release;
 mod setup;
 mod steps;

@@ -1,7 +1,9 @@
 //! Steps of the gate and of the campaign, in order of their cost within each lane.
 
 use crate::output::Output;
-use crate::{fuzz, host, images, miri, mutations, no_panic, outside, release, setup, wine};
+use crate::{
+    fuzz, host, images, miri, mutations, no_panic, outside, python_package, release, setup, wine,
+};
 
 /// A step that must pass.
 #[derive(Clone, Copy)]
@@ -23,7 +25,7 @@ pub(crate) struct Step {
 pub(crate) enum Lane {
     /// Uses cargo's folder of the host's code.
     Host,
-    /// Uses the folders of images, fuzz targets, Miri and mutations.
+    /// Uses the folders of images, wheel, fuzz targets, Miri and mutations.
     Board,
 }
 
@@ -204,6 +206,12 @@ pub(crate) const GATE: &[Step] = &[
         "outside",
         "a crate outside the workspace closes a loop, and builds for the board and for web pages",
         Work::Do(outside::run),
+    ),
+    step(
+        Lane::Board,
+        "python-package",
+        "the wheel of the Python package installs, passes its tests, and has the types it states",
+        Work::Do(python_package::run),
     ),
     step(
         Lane::Board,
