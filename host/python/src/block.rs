@@ -2,7 +2,7 @@
 
 use armbridge_client::simulation::TrueState;
 use armbridge_link::message::Record;
-use armbridge_log::export::column::{QUANTITIES, Quantity, Values};
+use armbridge_log::export::column::{QUANTITIES, Quantity, Values, Words};
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyKeyError;
@@ -67,15 +67,33 @@ impl Block {
         shaped(values.into_pyarray(py), self.len(), width)
     }
 
-    fn words(&self, py: Python<'_>, quantity: &Quantity) -> PyResult<Py<PyAny>> {
-        let Values::Word(words, get) = quantity.values else {
-            unreachable!("asked for words only");
-        };
-        let codes = self.array(py, quantity.columns.len(), |record, joint| {
-            get(record, joint) as u8
-        })?;
-        let words = py.import("numpy")?.call_method1("array", (words.all(),))?;
-        Ok(words.get_item(codes)?.unbind())
+    fn words(
+        &self,
+        py: Python<'_>,
+        width: usize,
+        words: Words,
+        get: fn(&Record, usize) -> usize,
+    ) -> PyResult<Py<PyAny>> {
+        // An array is as wide as its longest word: those that do not occur are left out.
+        let all = words.all();
+        let mut places = vec![None; all.len()];
+        let mut used = Vec::new();
+        let codes = py.detach(|| {
+            let mut codes = Vec::with_capacity(self.len() * width);
+            for record in self.records() {
+                codes.extend((0..width).map(|joint| {
+                    let code = get(record, joint);
+                    *places[code].get_or_insert_with(|| {
+                        used.push(&all[code]);
+                        (used.len() - 1) as u8
+                    })
+                }));
+            }
+            codes
+        });
+        let words = py.import("numpy")?.call_method1("array", (used, "U"))?;
+        let codes = shaped(codes.into_pyarray(py), self.len(), width)?;
+        Ok(words.call_method1("take", (codes,))?.unbind())
     }
 }
 
@@ -118,7 +136,7 @@ impl Block {
             Values::Sample(get) => self.array(py, width, |record, joint| {
                 get(record, joint).map_or(f32::NAN, f32::from)
             }),
-            Values::Word(..) => self.words(py, quantity),
+            Values::Word(words, get) => self.words(py, width, words, get),
             Values::Truth(get) => self.truth(py, width, get),
         }
     }
