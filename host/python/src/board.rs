@@ -69,17 +69,6 @@ impl Connection {
         self.call(py, |client| client.command(command))
     }
 
-    /// Holds the arm where it is; disarms if the board refuses.
-    pub(crate) fn hold(&self, py: Python<'_>) -> PyResult<()> {
-        self.call(py, |client| {
-            let record = client.status().record;
-            let place = record.map_or([0.0; 2], |record| record.output.angle_rad);
-            client
-                .command(Command::Regulate(place))
-                .or_else(|_| client.disarm())
-        })
-    }
-
     /// The result of a call, or the exception of the signal that interrupted it.
     pub(crate) fn result<T>(&self, _py: Python<'_>, result: Result<T, ClientError>) -> PyResult<T> {
         result.map_err(|error| match (&error, lock(&self.raised).take()) {

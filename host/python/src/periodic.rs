@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use armbridge_client::session::{PendingAnswer, Request, RequestError};
 use armbridge_client::setpoint_stream::SetpointStream;
 use armbridge_link::message::{Command, Refusal};
-use armbridge_sim::link::ClientError;
+use armbridge_sim::link::{BoardClient, ClientError};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -236,6 +236,6 @@ impl Torque {
     /// Ends the torque: the board holds the arm where it is, or disarms if it cannot.
     #[pyo3(signature = (*_error))]
     fn __exit__(&self, py: Python<'_>, _error: &Bound<'_, PyTuple>) -> PyResult<()> {
-        self.sender.connection.hold(py)
+        self.sender.connection.call(py, BoardClient::hold)
     }
 }

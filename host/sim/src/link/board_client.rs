@@ -10,6 +10,7 @@
 //! | [`command`](BoardClient::command) | when the board has accepted the command              |
 //! | [`arm`](BoardClient::arm) | when the motors have been checked, after the preparation of stock servos |
 //! | [`disarm`](BoardClient::disarm) | when the arm is parked, if it has a pose, and the motors are off |
+//! | [`hold`](BoardClient::hold) | when the arm is held instead of driven by torques          |
 //! | [`stop`](BoardClient::stop) | when the board reports its fault                           |
 
 use std::time::{Duration, Instant};
@@ -22,8 +23,9 @@ use armbridge_client::session::{
 use armbridge_client::status::{BoardStatus, Obstacle};
 use armbridge_client::telemetry::Telemetry;
 use armbridge_client::{enum_names, fault_text, refusal_text};
-use armbridge_link::message::{Command, Fault, Mode, Refusal, Settings, Trip};
+use armbridge_link::message::{Command, Drive, Fault, Mode, Refusal, Settings, Trip};
 use armbridge_link::server::LinkRole;
+use armbridge_servo::JOINTS;
 
 use super::{BoardUri, LinkThread, LinkThreadError, Options};
 
@@ -216,6 +218,21 @@ impl BoardClient {
         self.command(Command::Park)?;
         let is_off = |status: &BoardStatus| status.mode().is_none_or(|mode| !mode.is_armed());
         self.wait(PARK_TIMEOUT_US, "the park did not end", is_off)
+    }
+
+    /// Ends the torque of a program: holds the arm where it is, or disarms if the board refuses.
+    /// Returns when the ticks show that.
+    ///
+    /// # Errors
+    /// If the board does not answer.
+    pub fn hold(&self) -> Result<(), ClientError> {
+        let record = self.status().record;
+        let place = record.map_or([0.0; JOINTS], |record| record.output.angle_rad);
+        self.command(Command::Regulate(place))
+            .or_else(|_| self.disarm())?;
+        let is_over =
+            |status: &BoardStatus| status.mode().and_then(Mode::drive) != Some(Drive::Torque);
+        self.wait(ANSWER_TIMEOUT_US, "the torque did not end", is_over)
     }
 
     /// Stops the board: torque off, until the fault is cleared.
