@@ -1,9 +1,7 @@
 //! Host that takes its requests from a channel and shares the board's status, for
 //! programs that drive a link on a thread of its own.
 //!
-//! A request is passed to the session when the one before it has been answered, so that each answer
-//! belongs to one request. A stop, the end of the session and the command to disarm overtake the
-//! others, which are dropped.
+//! A request may be [asked](SessionHandle::ask), for its answer.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
@@ -13,7 +11,7 @@ use std::time::Duration;
 use armbridge_link::message::{Command, Refusal};
 use armbridge_link::server::LinkRole;
 
-use super::{QUEUE_MAX, Request, Session};
+use super::{Request, Session};
 use crate::error::SessionError;
 use crate::status::BoardStatus;
 use crate::{Host, ctrl_c, refusal_text};
@@ -25,9 +23,8 @@ const POLL_INTERVAL_US: u64 = 10_000;
 #[derive(Debug)]
 pub struct ChannelHost {
     requests: Receiver<Submitted>,
-    waiting: VecDeque<Submitted>,
-    /// Where the answer to the request under way goes.
-    answer: Option<Sender<Answer>>,
+    /// Where the answers go, by the numbers of the requests.
+    askers: VecDeque<(u64, Sender<Answer>)>,
     session: Session,
     shared: Arc<Shared>,
     next_poll_us: u64,
@@ -43,11 +40,8 @@ struct Shared {
 /// Answer of the board to a request.
 type Answer = Result<(), Refusal>;
 
-#[derive(Debug)]
-struct Submitted {
-    request: Request,
-    answer: Option<Sender<Answer>>,
-}
+/// A request, and where its answer goes.
+type Submitted = (Request, Option<Sender<Answer>>);
 
 /// Reason for which a request was not carried out.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -57,7 +51,7 @@ pub enum RequestError {
     Refused(Refusal),
     /// Another request has overtaken it, the link broke, the board was reset, or the session has
     /// ended.
-    #[error("dropped: a stop or a disarm overtook it, the link broke, or the board was reset")]
+    #[error("dropped: another command overtook it, the link broke, or the board was reset")]
     Dropped,
 }
 
@@ -108,8 +102,9 @@ impl SessionHandle {
     }
 
     fn submit(&self, request: Request, answer: Option<Sender<Answer>>) -> Result<(), SessionEnded> {
-        let submitted = Submitted { request, answer };
-        self.requests.send(submitted).map_err(|_| SessionEnded)
+        self.requests
+            .send((request, answer))
+            .map_err(|_| SessionEnded)
     }
 
     /// The board's status.
@@ -141,8 +136,7 @@ impl ChannelHost {
         let shared = Arc::new(Shared::default());
         let host = Self {
             requests,
-            waiting: VecDeque::new(),
-            answer: None,
+            askers: VecDeque::new(),
             session: Session::default(),
             shared: Arc::clone(&shared),
             next_poll_us: 0,
@@ -161,57 +155,40 @@ impl ChannelHost {
         self.shared.changed.notify_all();
     }
 
-    /// Takes the requests of the channel, and passes the next ones to the session.
+    /// Passes the requests of the channel to the session.
     fn poll_requests(&mut self, now_us: u64) {
         if ctrl_c::is_raised() {
             self.session.request(now_us, Request::Leave);
         }
         loop {
             match self.requests.try_recv() {
-                Ok(submitted) => self.take(now_us, submitted),
-                Err(TryRecvError::Empty) => break,
+                Ok((request, asker)) => {
+                    let number = self.session.request(now_us, request);
+                    self.askers.extend(asker.map(|asker| (number, asker)));
+                }
+                Err(TryRecvError::Empty) => return,
                 Err(TryRecvError::Disconnected) => {
                     self.session.request(now_us, Request::Leave);
-                    break;
-                }
-            }
-        }
-        while self.answer.is_none()
-            && self.session.is_settled()
-            && let Some(next) = self.waiting.pop_front()
-        {
-            self.pass(now_us, next);
-        }
-    }
-
-    fn take(&mut self, now_us: u64, submitted: Submitted) {
-        match submitted.request {
-            Request::Stop | Request::Leave | Request::Command(Command::Idle) => {
-                self.waiting.clear();
-                self.pass(now_us, submitted);
-            }
-            Request::Command(_) | Request::Arm => {
-                if self.waiting.len() < QUEUE_MAX {
-                    self.waiting.push_back(submitted);
+                    return;
                 }
             }
         }
     }
 
-    fn pass(&mut self, now_us: u64, submitted: Submitted) {
-        self.session.request(now_us, submitted.request);
-        self.answer = submitted.answer;
-    }
-
-    /// Passes on the answer to the request under way, or drops it if there will be none.
+    /// Passes on the answer to the request that was begun last, and drops those that get none.
     fn pass_answer(&mut self) {
-        let answer = self.session.take_answer();
-        if answer.is_none() && !self.session.is_settled() {
-            return;
+        let (begun, answer) = (self.session.begun(), self.session.take_answer());
+        while let Some((number, _)) = self.askers.front()
+            && (*number < begun || (*number == begun && answer.is_some()))
+            && let Some((number, asker)) = self.askers.pop_front()
+        {
+            if let (true, Some(answer)) = (number == begun, answer) {
+                // It may have given up.
+                let _ = asker.send(answer);
+            }
         }
-        if let (Some(waiting), Some(answer)) = (self.answer.take(), answer) {
-            // Its asker may have given up.
-            let _ = waiting.send(answer);
+        if self.session.is_settled() {
+            self.askers.clear();
         }
     }
 }
@@ -259,8 +236,7 @@ impl Host for ChannelHost {
 
     fn disconnected(&mut self, _now_us: u64) {
         self.session.disconnected();
-        self.waiting.clear();
-        self.answer = None;
+        self.askers.clear();
         self.share();
     }
 }

@@ -81,7 +81,11 @@ pub enum Request {
 #[derive(Debug, Default)]
 pub struct Session {
     link: CommandLink,
-    queue: VecDeque<Request>,
+    /// Requests to come, with their numbers.
+    queue: VecDeque<(u64, Request)>,
+    /// Number of requests so far, and that of the one that was begun last.
+    requested: u64,
+    begun: u64,
     status: BoardStatus,
     /// The board answered at least once.
     was_greeted: bool,
@@ -96,9 +100,14 @@ pub struct Session {
 }
 
 impl Session {
-    /// The result of the latest request, once.
+    /// The result of the request that was [begun](Self::begun) last, once.
     pub fn take_answer(&mut self) -> Option<Result<(), Refusal>> {
         self.answer.take()
+    }
+
+    /// Number of the request that was begun last. Those before it have been answered, or dropped.
+    pub fn begun(&self) -> u64 {
+        self.begun
     }
 
     /// Whether the board has answered the hello, with the schema of this program.
@@ -121,8 +130,10 @@ impl Session {
         self.queue.is_empty() && self.link.is_settled() && self.stopping.is_none()
     }
 
-    /// Queues a request. One that switches the motors off drops all queued ones.
-    pub fn request(&mut self, now_us: u64, request: Request) {
+    /// Queues a request, and returns its number. One that ends the drive of the motors overtakes
+    /// the queued ones, which are dropped.
+    pub fn request(&mut self, now_us: u64, request: Request) -> u64 {
+        self.requested += 1;
         match request {
             Request::Stop => {
                 self.queue.clear();
@@ -133,16 +144,18 @@ impl Session {
                     self.leave(now_us);
                 }
             }
-            Request::Command(Command::Idle) => {
+            Request::Command(command @ (Command::Idle | Command::Park)) => {
                 self.queue.clear();
-                self.command(Command::Idle);
+                self.begun = self.requested;
+                self.command(command);
             }
             Request::Command(_) | Request::Arm => {
                 if self.queue.len() < QUEUE_MAX {
-                    self.queue.push_back(request);
+                    self.queue.push_back((self.requested, request));
                 }
             }
         }
+        self.requested
     }
 
     fn command(&mut self, command: Command) {
@@ -158,6 +171,7 @@ impl Session {
             Some(Mode::Passthrough) => Leaving::Gone,
             _ if !self.link.is_greeted() || self.status.is_observer() => Leaving::Goodbye,
             Some(_) | None => {
+                self.begun = self.requested;
                 self.command(Command::Park);
                 Leaving::begin(now_us)
             }
@@ -206,23 +220,19 @@ impl Session {
         if !self.can_send() {
             return;
         }
-        match (self.queue.front(), self.status.report) {
-            (Some(Request::Command(command)), _) => {
-                let command = *command;
-                self.queue.pop_front();
-                self.command(command);
-            }
-            (Some(Request::Arm), Some(report)) => {
-                self.queue.pop_front();
-                self.arm(report, 1);
-            }
+        let Some((number, request)) = self.queue.front().copied() else {
+            return;
+        };
+        match (request, self.status.report) {
+            (Request::Command(command), _) => self.command(command),
+            (Request::Arm, Some(report)) => self.arm(report, 1),
             // The report follows the hello.
-            (Some(Request::Arm), None) | (None, _) => {}
+            (Request::Arm, None) => return,
             // Never in the queue.
-            (Some(Request::Stop | Request::Leave), _) => {
-                self.queue.pop_front();
-            }
+            (Request::Stop | Request::Leave, _) => {}
         }
+        self.begun = number;
+        self.queue.pop_front();
     }
 
     fn arm(&mut self, report: BoardReport, attempt: u32) {
