@@ -27,7 +27,7 @@ mod hand;
 pub use armbridge_client::simulation::{Grip, Lead, LeadPoint, Push};
 pub use body::{Body, Friction, Impact};
 pub use config::PlantConfig;
-pub use file::{BuiltinPlant, KEYS, KeyConflict, PLANTS, PlantError, PlantFile};
+pub use file::{BuiltinPlant, INITIAL_RAD, KEYS, KeyConflict, PLANTS, PlantError, PlantFile};
 
 use std::collections::VecDeque;
 

@@ -21,9 +21,6 @@ use super::steps::{self, microseconds, pairs, times};
 use super::{BenchSpec, Overrides, Scenario, ScenarioError, Success};
 use crate::plan_runner::plan::{Base, Change, InitialSettings, Plan, Stop};
 
-/// Default initial angles of the arm in rad.
-pub(super) const INITIAL_RAD: [f64; JOINTS] = [0.30, -0.25];
-
 /// A mistake in the file, or in an option of the command line.
 #[derive(Debug)]
 pub(super) enum Wrong {
@@ -181,7 +178,9 @@ pub(super) fn bench(
     overrides: &Overrides,
 ) -> Result<BenchSpec, Mistake> {
     let place = KeyPath::top("bench");
-    let initial_rad = keys.initial_rad.unwrap_or(INITIAL_RAD);
+    let initial_rad = keys
+        .initial_rad
+        .unwrap_or(armbridge_sim::plant::INITIAL_RAD);
     let initial_rad = overrides.initial_rad.unwrap_or(initial_rad);
     let mut plant = match (overrides.plant, &keys.plant_file, &keys.plant) {
         (Some(file), ..) => file.config(initial_rad),

@@ -24,6 +24,9 @@ use serde::{Deserialize, Serialize};
 use self::joint::JointKeys;
 use super::PlantConfig;
 
+/// Angles in rad at which a simulated arm is held until a motor drives it, unless others are given.
+pub const INITIAL_RAD: [f64; JOINTS] = [0.30, -0.25];
+
 /// An arm as in a file, with the keys of [`KEYS`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -231,6 +234,28 @@ impl PlantFile {
             joint1: JointKeys::from_config(config, 0),
             joint2: JointKeys::from_config(config, 1),
         }
+    }
+
+    /// The arm of a file, or of a plant that ships; without a name the default one. It is at
+    /// `initial_rad`, else where the file has it, else at [`INITIAL_RAD`].
+    ///
+    /// # Errors
+    /// As [`load`](Self::load).
+    pub fn arm(
+        name: Option<&str>,
+        initial_rad: Option<[f64; JOINTS]>,
+    ) -> Result<PlantConfig, PlantError> {
+        let mut arm = match name {
+            Some(name) => Self::load(name)?.config(INITIAL_RAD),
+            None => PlantConfig {
+                initial: State::at_rest(INITIAL_RAD.into()),
+                ..PlantConfig::default()
+            },
+        };
+        if let Some(initial_rad) = initial_rad {
+            arm.initial.q = initial_rad.into();
+        }
+        Ok(arm)
     }
 
     /// The arm. It is at `initial_rad` unless the file has a position.
