@@ -1,7 +1,6 @@
 import builtins
 from collections.abc import Iterator, Mapping, Sequence
 from os import PathLike
-from types import TracebackType
 from typing import Any, Self, TypeAlias, final
 
 import numpy as np
@@ -29,7 +28,6 @@ __all__ = [
     "Telemetry",
     "Ticks",
     "Torque",
-    "close_all",
     "connect",
 ]
 
@@ -81,22 +79,13 @@ def connect(
     Raises LinkError if the link does not open, TimeoutError if the board does not answer.
     """
 
-def close_all() -> None:
-    """Closes every connection, when the interpreter ends."""
-
 @final
 class Board:
     """A board. A thread of its own serves the link; the board is disarmed, or its arm parked, when
     it is closed, by the end of its `with` block at the latest."""
 
     def __enter__(self) -> Self: ...
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-        /,
-    ) -> None: ...
+    def __exit__(self, *_error: object) -> None: ...
     def close(self) -> None:
         """Parks the arm or disarms, and closes the link and the log."""
 
@@ -127,7 +116,7 @@ class Board:
         """Arms the board: returns when its motors have been checked."""
 
     def disarm(self) -> None:
-        """Parks the arm, if it has a pose and is driven, and disarms."""
+        """Disarms: torque is off at once."""
 
     def park(self) -> None:
         """Moves the arm to the pose of `park.angle_rad`, lowers it there and disarms; disarms
@@ -167,13 +156,7 @@ class Armed:
     """The `with` block in which a board is armed."""
 
     def __enter__(self) -> Board: ...
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-        /,
-    ) -> None: ...
+    def __exit__(self, *_error: object) -> None: ...
 
 @final
 class Motion:
@@ -203,13 +186,7 @@ class Stream:
     """A stream of setpoints, which the board interpolates."""
 
     def __enter__(self) -> Self: ...
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-        /,
-    ) -> None: ...
+    def __exit__(self, *_error: object) -> None: ...
     def ticks(self, duration: float) -> Ticks:
         """Deadlines for this many seconds."""
 
@@ -227,13 +204,7 @@ class Torque:
     """Torques of a controller in Python."""
 
     def __enter__(self) -> Self: ...
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-        /,
-    ) -> None: ...
+    def __exit__(self, *_error: object) -> None: ...
     def ticks(self, duration: float) -> Ticks:
         """Deadlines for this many seconds."""
 

@@ -1,153 +1,25 @@
 //! A board: commands, and the contexts in which it is armed.
 
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::Arc;
 
-use armbridge_client::transport::{Intent, LinkOptions};
-use armbridge_control::arm::State;
+use armbridge_client::transport::Intent;
 use armbridge_link::message::{Command, Settings};
-use armbridge_link::motion::Motion as LinkMotion;
 use armbridge_link::server::Touch;
-use armbridge_log::recorder::Recorder;
-use armbridge_log::run_info::RunFacts;
 use armbridge_sim::Bench;
-use armbridge_sim::link::{BoardClient, BoardUri, ClientError, Options, Pace};
-use armbridge_sim::plant::{Plant, PlantConfig, PlantFile};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use armbridge_sim::link::{BoardClient, BoardUri, Options, Pace};
+use armbridge_sim::plant::{Plant, PlantFile};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use crate::errors::{ClosedError, from_client, log_error, value_error};
+use crate::arguments::{angles, pair, seconds};
+use crate::connection::Connection;
+use crate::errors::value_error;
 use crate::motion::Motion;
 use crate::periodic::{Stream, Torque};
 use crate::settings;
 use crate::status::Status;
-use crate::telemetry::{Telemetry, seconds};
-
-/// Angles in rad at which the simulated arm is held until a motor drives it.
-const INITIAL_RAD: [f64; 2] = [0.30, -0.25];
-
-/// Connections that are open, to be closed when the interpreter ends.
-static OPEN: Mutex<Vec<Weak<Connection>>> = Mutex::new(Vec::new());
-
-/// A session with a board, shared by the objects that use it.
-pub(crate) struct Connection {
-    link: String,
-    client: Mutex<Option<Arc<BoardClient>>>,
-    recorder: Mutex<Option<Recorder>>,
-    /// The exception of a signal that interrupted a call.
-    raised: Arc<Mutex<Option<PyErr>>>,
-    /// The process that has the link's thread.
-    process: u32,
-}
-
-impl Connection {
-    /// The client.
-    pub(crate) fn client(&self) -> PyResult<Arc<BoardClient>> {
-        if std::process::id() != self.process {
-            return Err(ClosedError::new_err(format!(
-                "{} belongs to the parent of this process; connect in the child, too",
-                self.link
-            )));
-        }
-        let client = lock(&self.client).clone();
-        client.ok_or_else(|| ClosedError::new_err(format!("{} is closed", self.link)))
-    }
-
-    /// Makes a call, without the interpreter's lock.
-    pub(crate) fn call(
-        &self,
-        py: Python<'_>,
-        call: impl FnOnce(&BoardClient) -> Result<(), ClientError> + Send,
-    ) -> PyResult<()> {
-        let client = self.client()?;
-        let result = py.detach(|| call(&client));
-        self.result(py, result)
-    }
-
-    pub(crate) fn command(&self, py: Python<'_>, command: Command) -> PyResult<()> {
-        self.call(py, |client| client.command(command))
-    }
-
-    /// The result of a call, or the exception of the signal that interrupted it.
-    pub(crate) fn result<T>(&self, _py: Python<'_>, result: Result<T, ClientError>) -> PyResult<T> {
-        result.map_err(|error| match (&error, lock(&self.raised).take()) {
-            (ClientError::Interrupted, Some(raised)) => raised,
-            _ => from_client(&error),
-        })
-    }
-
-    /// Ends the session, parking the arm or disarming, and closes the log. Without effect on one
-    /// that is closed.
-    fn close(&self, py: Python<'_>) -> PyResult<()> {
-        if std::process::id() != self.process {
-            return Ok(());
-        }
-        let Some(client) = lock(&self.client).take() else {
-            return Ok(());
-        };
-        let recorder = lock(&self.recorder).take();
-        let (left, written) = py.detach(|| {
-            // Other threads may be in a call, which ends with the link.
-            let left = client.leave();
-            drop(client);
-            (left, recorder.map(Recorder::finish).transpose())
-        });
-        let written = written.map_err(log_error)?;
-        if let Some(trouble) = written.and_then(|report| report.trouble) {
-            return Err(log_error(trouble));
-        }
-        left.map_err(|error| from_client(&error))
-    }
-}
-
-impl Drop for Connection {
-    fn drop(&mut self) {
-        if std::process::id() == self.process {
-            return;
-        }
-        // The threads that these would wait for are the parent's.
-        std::mem::forget(lock(&self.client).take());
-        std::mem::forget(lock(&self.recorder).take());
-    }
-}
-
-pub(crate) fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Two numbers, one for each joint.
-pub(crate) fn pair(value: &Bound<'_, PyAny>, what: &str) -> PyResult<[f32; 2]> {
-    let kind = || -> PyErr {
-        let name = value.get_type().name();
-        let name = name.map_or_else(|_| "this".into(), |name| name.to_string());
-        PyTypeError::new_err(format!("expected two {what}, got {name}"))
-    };
-    let items: PyResult<Vec<f64>> = value
-        .try_iter()
-        .map_err(|_| kind())?
-        .map(|item| item?.extract::<f64>().map_err(|_| kind()))
-        .collect();
-    let items = items?;
-    let [first, second] = items[..] else {
-        let count = items.len();
-        return Err(PyValueError::new_err(format!(
-            "expected two {what}, got {count}"
-        )));
-    };
-    let pair = [first as f32, second as f32];
-    if pair.iter().all(|value| value.is_finite()) {
-        return Ok(pair);
-    }
-    Err(PyValueError::new_err(format!(
-        "expected two finite {what}, got [{first}, {second}]"
-    )))
-}
-
-/// Two angles in rad.
-pub(crate) fn angles(value: &Bound<'_, PyAny>) -> PyResult<[f32; 2]> {
-    pair(value, "angles in rad")
-}
+use crate::telemetry::Telemetry;
 
 /// Connects to a board and waits until it has reported itself.
 ///
@@ -168,77 +40,22 @@ pub(crate) fn connect(
     observe: bool,
 ) -> PyResult<Board> {
     let uri: BoardUri = link.parse().map_err(value_error)?;
-    let initial = initial.map(angles).transpose()?;
-    let initial = initial.map_or(INITIAL_RAD, |it| it.map(f64::from));
-    let mut config = match plant {
-        Some(name) => PlantFile::load(name).map_err(value_error)?.config(initial),
-        None => PlantConfig {
-            initial: State::at_rest(initial.into()),
-            ..PlantConfig::default()
-        },
-    };
+    let initial = initial.map(|q| pair(q, "angles in rad")).transpose()?;
+    let mut config = PlantFile::arm(plant, initial).map_err(value_error)?;
     config.friction_on &= friction;
-    let facts = RunFacts::from_settings("python", &uri.world(), &Settings::default());
-    let recorder = log.map(|path| Recorder::create(&path, &facts)).transpose();
-    let recorder = recorder.map_err(log_error)?;
-    let taps = recorder.iter().map(Recorder::tap).collect();
-    let raised = Arc::new(Mutex::new(None));
-    #[expect(
-        clippy::redundant_closure_for_method_calls,
-        reason = "its lifetime is not general"
-    )]
-    let is_interrupted = {
-        let raised = Arc::clone(&raised);
-        move || {
-            let signals = Python::attach(|py| py.check_signals());
-            let is_raised = signals.is_err();
-            if let Err(error) = signals {
-                *lock(&raised) = Some(error);
-            }
-            is_raised
-        }
-    };
     let options = move || {
         let mut options = Options::new(Bench::new(Plant::new(config, seed)));
         options.pace = Pace::WallClock;
         options.is_stoppable = true;
-        options.link = LinkOptions {
-            is_quiet: true,
-            intent: if observe {
-                Intent::Observe
-            } else {
-                Intent::Command
-            },
-            taps,
-            ..LinkOptions::default()
+        options.link.is_quiet = true;
+        options.link.intent = if observe {
+            Intent::Observe
+        } else {
+            Intent::Command
         };
         options
     };
-    let opened = py.detach(|| BoardClient::open(uri, options, is_interrupted));
-    let connection = Connection {
-        link: link.to_owned(),
-        client: Mutex::new(None),
-        recorder: Mutex::new(recorder),
-        raised,
-        process: std::process::id(),
-    };
-    let client = connection.result(py, opened)?;
-    *lock(&connection.client) = Some(Arc::new(client));
-    let connection = Arc::new(connection);
-    let mut open = lock(&OPEN);
-    open.retain(|it| it.strong_count() > 0);
-    open.push(Arc::downgrade(&connection));
-    Ok(Board(connection))
-}
-
-/// Closes every connection, when the interpreter ends.
-#[pyfunction]
-pub(crate) fn close_all(py: Python<'_>) {
-    let open = std::mem::take(&mut *lock(&OPEN));
-    for connection in open.iter().filter_map(Weak::upgrade) {
-        // Nobody is left who could be told.
-        let _ = connection.close(py);
-    }
+    Ok(Board(Connection::open(py, uri, options, log.as_deref())?))
 }
 
 /// A board. A thread of its own serves the link; the board is disarmed, or its arm parked, when it
@@ -258,12 +75,7 @@ impl Board {
     }
 
     fn __repr__(&self) -> String {
-        let is_open = lock(&self.0.client).is_some();
-        format!(
-            "<Board {}{}>",
-            self.0.link,
-            if is_open { "" } else { ", closed" }
-        )
+        format!("<Board {}>", self.0.text())
     }
 
     /// Parks the arm or disarms, and closes the link and the log.
@@ -310,7 +122,7 @@ impl Board {
         self.0.call(py, BoardClient::arm)
     }
 
-    /// Parks the arm, if it has a pose and is driven, and disarms.
+    /// Disarms: torque is off at once.
     fn disarm(&self, py: Python<'_>) -> PyResult<()> {
         self.0.call(py, BoardClient::disarm)
     }
@@ -318,7 +130,7 @@ impl Board {
     /// Moves the arm to the pose of `park.angle_rad`, lowers it there and disarms; disarms without a
     /// pose.
     fn park(&self, py: Python<'_>) -> PyResult<()> {
-        self.0.call(py, BoardClient::disarm)
+        self.0.call(py, BoardClient::park)
     }
 
     /// Emergency stop: torque off, until `clear`.
@@ -347,22 +159,11 @@ impl Board {
     ) -> PyResult<Motion> {
         let to_rad = angles(q)?;
         duration.map(seconds).transpose()?;
-        let after_tick = self
+        let duration_s = duration.map(|it| it as f32);
+        let motion = self
             .0
-            .client()?
-            .status()
-            .record
-            .map_or(0, |record| record.tick);
-        let motion = LinkMotion::MinimumJerk {
-            to_rad,
-            duration_s: duration.map(|it| it as f32),
-        };
-        self.0.command(py, Command::Follow(motion))?;
-        Ok(Motion {
-            connection: Arc::clone(&self.0),
-            goal_rad: to_rad,
-            after_tick,
-        })
+            .call(py, |client| client.move_to(to_rad, duration_s))?;
+        Ok(Motion(Arc::clone(&self.0), motion))
     }
 
     /// Makes the arm weightless, for a hand to lead.
@@ -420,13 +221,9 @@ impl Armed {
         Ok(Board(Arc::clone(&self.0)))
     }
 
-    /// Parks the arm or disarms, unless a fault has done so.
+    /// Parks the arm, if it has a pose, and disarms.
     #[pyo3(signature = (*_error))]
     fn __exit__(&self, py: Python<'_>, _error: &Bound<'_, PyTuple>) -> PyResult<()> {
-        let is_armed = Status::from(&self.0.client()?.status()).is_armed();
-        if is_armed {
-            self.0.call(py, BoardClient::disarm)?;
-        }
-        Ok(())
+        self.0.call(py, BoardClient::park)
     }
 }

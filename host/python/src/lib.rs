@@ -4,6 +4,8 @@
 //! | module      | contents                                                        |
 //! |-------------|-----------------------------------------------------------------|
 //! | `errors`    | exceptions by kind, each with the sentence of the host tool      |
+//! | `arguments` | arguments from Python, checked                                   |
+//! | `connection` | a session and its log, shared by the objects that use it        |
 //! | `board`     | a board: commands, states and their contexts                     |
 //! | `motion`    | a motion under way                                               |
 //! | `periodic`  | streams and torques at a fixed rate                              |
@@ -19,8 +21,10 @@
 // An error is formatted where it becomes an exception, and what Python passes is owned.
 #![expect(clippy::needless_pass_by_value, reason = "signatures of Python")]
 
+mod arguments;
 mod block;
 mod board;
+mod connection;
 mod errors;
 mod log;
 mod model;
@@ -37,7 +41,7 @@ mod _native {
     #[pymodule_export]
     use crate::block::Block;
     #[pymodule_export]
-    use crate::board::{Armed, Board, close_all, connect};
+    use crate::board::{Armed, Board, connect};
     #[pymodule_export]
     use crate::errors::{
         ArmbridgeError, ClosedError, DroppedError, FaultError, LinkError, LogError, ObserverError,
@@ -55,4 +59,14 @@ mod _native {
     use crate::status::Status;
     #[pymodule_export]
     use crate::telemetry::Telemetry;
+
+    use pyo3::prelude::*;
+
+    /// Has every connection closed when the interpreter ends.
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        let close_all = wrap_pyfunction!(crate::connection::close_all, module)?;
+        let atexit = module.py().import("atexit")?;
+        atexit.call_method1("register", (close_all,)).map(|_| ())
+    }
 }

@@ -2,10 +2,11 @@
 
 use armbridge_control::arm::{Parameters, State};
 use armbridge_sim::plant::PlantFile;
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{SMatrix, Vector2};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
+use crate::arguments::pair;
 use crate::errors::value_error;
 
 type Vector<'py> = Bound<'py, PyArray1<f64>>;
@@ -17,29 +18,19 @@ type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 pub(crate) struct Arm(Parameters<f64>);
 
 fn vector(value: &Bound<'_, PyAny>, what: &str) -> PyResult<Vector2<f64>> {
-    let items: Vec<f64> = value
-        .try_iter()?
-        .map(|item| item?.extract())
-        .collect::<PyResult<_>>()?;
-    let [first, second] = items[..] else {
-        return Err(value_error(format!(
-            "expected two {what}, got {}",
-            items.len()
-        )));
-    };
-    Ok(Vector2::new(first, second))
+    pair(value, what).map(Vector2::from)
 }
 
 fn column(py: Python<'_>, value: Vector2<f64>) -> Vector<'_> {
     PyArray1::from_slice(py, value.as_slice())
 }
 
-fn matrix(py: Python<'_>, value: Matrix2<f64>) -> PyResult<Matrix<'_>> {
-    let rows: Vec<Vec<f64>> = value
-        .row_iter()
-        .map(|row| row.iter().copied().collect())
-        .collect();
-    PyArray2::from_vec2(py, &rows).map_err(value_error)
+fn matrix<const R: usize, const C: usize>(
+    py: Python<'_>,
+    value: SMatrix<f64, R, C>,
+) -> PyResult<Matrix<'_>> {
+    let rows = value.row_iter().map(|row| row.iter().copied().collect());
+    PyArray2::from_vec2(py, &rows.collect::<Vec<Vec<f64>>>()).map_err(value_error)
 }
 
 #[pymethods]
@@ -113,23 +104,7 @@ impl Arm {
         q: &Bound<'_, PyAny>,
     ) -> PyResult<(Matrix<'py>, Matrix<'py>)> {
         let linear = self.0.linearise(vector(q, "angles in rad")?);
-        let rows = |rows: Vec<Vec<f64>>| PyArray2::from_vec2(py, &rows).map_err(value_error);
-        Ok((
-            rows(
-                linear
-                    .a
-                    .row_iter()
-                    .map(|row| row.iter().copied().collect())
-                    .collect(),
-            )?,
-            rows(
-                linear
-                    .b
-                    .row_iter()
-                    .map(|row| row.iter().copied().collect())
-                    .collect(),
-            )?,
-        ))
+        Ok((matrix(py, linear.a)?, matrix(py, linear.b)?))
     }
 
     fn __repr__(&self) -> String {

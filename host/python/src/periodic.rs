@@ -3,17 +3,16 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use armbridge_client::session::{PendingAnswer, Request, RequestError};
 use armbridge_client::setpoint_stream::SetpointStream;
-use armbridge_link::message::{Command, Refusal};
-use armbridge_sim::link::{BoardClient, ClientError};
+use armbridge_link::message::{Command, Record};
+use armbridge_sim::link::{BoardClient, CommandSender};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::board::{Connection, angles, lock, pair};
+use crate::arguments::{angles, seconds, single_pair};
+use crate::connection::{Connection, lock};
 use crate::errors::from_client;
-use crate::telemetry::seconds;
 
 /// Period at which a call that waits looks for signals.
 const LOOK: Duration = Duration::from_millis(50);
@@ -31,41 +30,30 @@ pub(crate) fn period(rate: f64) -> PyResult<Duration> {
     )))
 }
 
-/// Commands one after the other, without waiting for their answers.
+/// A sender of commands that does not wait for their answers.
 struct Sender {
     connection: Arc<Connection>,
-    pending: Mutex<Option<(Command, PendingAnswer)>>,
+    commands: Mutex<CommandSender>,
 }
 
 impl Sender {
     fn new(connection: Arc<Connection>) -> Self {
         Self {
             connection,
-            pending: Mutex::new(None),
+            commands: Mutex::default(),
         }
     }
 
     /// Sends a command. Returns whether the one before came too late for the board.
     fn send(&self, command: Command) -> PyResult<bool> {
         let client = self.connection.client()?;
-        let pending = client.thread().session().ask(Request::Command(command));
-        let pending = pending.map_err(|ended| from_client(&ended.into()))?;
-        let mut latest = lock(&self.pending);
-        let Some((before, answer)) = latest.replace((command, pending)) else {
-            return Ok(false);
-        };
-        match answer.wait(Duration::ZERO) {
-            Some(Err(RequestError::Refused(Refusal::Late { .. }))) => Ok(true),
-            Some(Err(RequestError::Refused(refusal))) => {
-                let command = Box::new(before);
-                Err(from_client(&ClientError::Refused { command, refusal }))
-            }
-            Some(Err(RequestError::Dropped)) => Err(from_client(&ClientError::Dropped)),
-            // It is under way; the session sends both in order.
-            Some(Ok(())) | None => Ok(false),
-        }
+        let sent = lock(&self.commands).send(&client, command);
+        sent.map_err(|error| from_client(&error))
     }
 }
+
+/// A deadline that has been reached.
+type Latest = Arc<Mutex<Option<Instant>>>;
 
 /// Times of a fixed rate, against deadlines that do not drift.
 #[pyclass(frozen, module = "armbridge")]
@@ -74,12 +62,12 @@ pub(crate) struct Ticks {
     period: Duration,
     count: u32,
     next: Mutex<u32>,
-    /// Time of the latest deadline in s, for the stream.
-    latest: Arc<Mutex<Option<f64>>>,
+    /// The latest deadline, for the stream.
+    latest: Latest,
 }
 
 impl Ticks {
-    fn new(period: Duration, duration_s: f64, latest: Arc<Mutex<Option<f64>>>) -> PyResult<Self> {
+    fn new(period: Duration, duration_s: f64, latest: Latest) -> PyResult<Self> {
         let count = seconds(duration_s)?.as_secs_f64() / period.as_secs_f64();
         Ok(Self {
             begun: Instant::now(),
@@ -111,9 +99,8 @@ impl Ticks {
         loop {
             let left = due.saturating_duration_since(Instant::now());
             if left.is_zero() {
-                let t = (self.period * index).as_secs_f64();
-                *lock(&self.latest) = Some(t);
-                return Ok(Some(t));
+                *lock(&self.latest) = Some(due);
+                return Ok(Some((self.period * index).as_secs_f64()));
             }
             py.detach(|| std::thread::sleep(left.min(LOOK)));
             py.check_signals()?;
@@ -132,7 +119,7 @@ pub(crate) struct Stream {
     period: Duration,
     lead: Duration,
     late: Mutex<u64>,
-    latest: Arc<Mutex<Option<f64>>>,
+    latest: Latest,
     begun: Mutex<Option<(Instant, SetpointStream)>>,
 }
 
@@ -156,25 +143,25 @@ impl Stream {
         Ticks::new(self.period, duration, Arc::clone(&self.latest))
     }
 
-    /// Sends the setpoint of the latest deadline of `ticks`, or of this moment without: angles in
+    /// Sends the setpoint of the latest deadline of `ticks`, or of this moment without one: angles in
     /// rad, and speeds in rad/s unless the board is to compute them. The arm is there one lead
     /// later; it joins the stream within 0.2 s.
     #[pyo3(signature = (q, dq = None))]
     fn send(&self, q: &Bound<'_, PyAny>, dq: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let angle_rad = angles(q)?;
-        let speed_rad_s = dq.map(|dq| pair(dq, "speeds in rad/s")).transpose()?;
+        let speed_rad_s = dq
+            .map(|dq| single_pair(dq, "speeds in rad/s"))
+            .transpose()?;
         let client = self.sender.connection.client()?;
-        let now = Instant::now();
-        let due_us = client.telemetry().board_us(now + self.lead);
+        let due_us = client.telemetry().board_us(Instant::now() + self.lead);
+        let deadline = lock(&self.latest).take().unwrap_or_else(Instant::now);
         let command = {
             let mut begun = lock(&self.begun);
             let (since, stream) = begun.get_or_insert_with(|| {
-                let record = client.status().record;
-                let from = record.map_or(angle_rad, |record| record.output.reference_rad);
-                (now, SetpointStream::new(from, due_us))
+                let record = client.status().record.unwrap_or(Record::NONE);
+                (deadline, SetpointStream::new(&record, due_us))
             });
-            let elapsed_s = now.duration_since(*since).as_secs_f64();
-            let t_s = lock(&self.latest).unwrap_or(elapsed_s);
+            let t_s = deadline.duration_since(*since).as_secs_f64();
             stream.command(t_s, due_us, angle_rad, speed_rad_s)
         };
         if self.sender.send(command)? {
@@ -225,7 +212,7 @@ impl Torque {
     /// Sends torques in N m, which stay until the next ones, or until they are older than
     /// `limits.torque_age_ms`: then torque is off.
     fn send(&self, torque: &Bound<'_, PyAny>) -> PyResult<()> {
-        let torque_nm = pair(torque, "torques in N m")?;
+        let torque_nm = single_pair(torque, "torques in N m")?;
         self.sender.send(Command::Torque(torque_nm)).map(|_| ())
     }
 

@@ -61,12 +61,6 @@ impl From<&BoardStatus> for Status {
     }
 }
 
-impl Status {
-    pub(crate) fn is_armed(&self) -> bool {
-        self.is_armed
-    }
-}
-
 #[pymethods]
 impl Status {
     fn __repr__(&self) -> String {

@@ -7,6 +7,7 @@
 //! joined.
 
 use std::sync::mpsc::{Sender, channel};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -52,12 +53,15 @@ pub enum LinkThreadError {
     Panicked,
 }
 
+/// The thread, until its end has been noticed.
+type Served = JoinHandle<Result<(), LinkThreadError>>;
+
 /// A link and the thread that serves it.
 #[derive(Debug)]
 pub struct LinkThread {
     session: SessionHandle,
     hands: Hands,
-    thread: Option<JoinHandle<Result<(), LinkThreadError>>>,
+    thread: Mutex<Option<Served>>,
 }
 
 impl LinkThread {
@@ -79,11 +83,6 @@ impl LinkThread {
         } else {
             Hands::Server(server)
         };
-        let mut thread = Self {
-            session,
-            hands,
-            thread: None,
-        };
         let served = std::thread::Builder::new()
             .name("link".into())
             .spawn(move || {
@@ -94,8 +93,11 @@ impl LinkThread {
                 Ok(result?)
             })
             .map_err(LinkThreadError::Thread)?;
-        thread.thread = Some(served);
-        Ok(thread)
+        Ok(Self {
+            session,
+            hands,
+            thread: Mutex::new(Some(served)),
+        })
     }
 
     /// Session with the board.
@@ -125,22 +127,15 @@ impl LinkThread {
 
     /// Whether the link is no longer served.
     pub fn is_over(&self) -> bool {
-        self.thread.as_ref().is_none_or(JoinHandle::is_finished)
+        self.thread().as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// Disarms the board and waits until it has acknowledged that.
+    /// Disarms the board and waits until it has acknowledged that. Without effect on a link that
+    /// has ended.
     ///
     /// # Errors
-    /// If the link could not be served, or ended by itself.
-    pub fn end(mut self) -> Result<(), LinkThreadError> {
-        self.join()
-    }
-
-    /// Disarms the board, and waits until the link is no longer served.
-    ///
-    /// # Errors
-    /// If that takes too long.
-    pub fn leave(&self) -> Result<(), LinkThreadError> {
+    /// If the link could not be served, or ended by itself; at the first call.
+    pub fn end(&self) -> Result<(), LinkThreadError> {
         self.request(Request::Leave);
         let has_pose = self.session.status().has_pose();
         let park = Duration::from_micros(if has_pose { PARK_TIMEOUT_US } else { 0 });
@@ -151,22 +146,22 @@ impl LinkThread {
             }
             std::thread::sleep(LOOK);
         }
-        Ok(())
-    }
-
-    fn join(&mut self) -> Result<(), LinkThreadError> {
-        self.leave()?;
-        match self.thread.take().map(JoinHandle::join) {
+        let ended = self.thread().take();
+        match ended.map(JoinHandle::join) {
             None => Ok(()),
             Some(Ok(result)) => result,
             Some(Err(_)) => Err(LinkThreadError::Panicked),
         }
+    }
+
+    fn thread(&self) -> MutexGuard<'_, Option<Served>> {
+        self.thread.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Drop for LinkThread {
     fn drop(&mut self) {
         // An error cannot be returned here.
-        let _ = self.join();
+        let _ = self.end();
     }
 }

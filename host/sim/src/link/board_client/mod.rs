@@ -9,92 +9,43 @@
 //! | [`open`](BoardClient::open) | when the board has reported its settings, and ticks or why not |
 //! | [`command`](BoardClient::command) | when the board has accepted the command              |
 //! | [`arm`](BoardClient::arm) | when the motors have been checked, after the preparation of stock servos |
-//! | [`disarm`](BoardClient::disarm) | when the arm is parked, if it has a pose, and the motors are off |
+//! | [`disarm`](BoardClient::disarm), [`park`](BoardClient::park) | when the motors are off |
+//! | [`take`](BoardClient::take) | when so many ticks have come                                 |
+//! | [`wait_for`](BoardClient::wait_for) | when a motion has arrived                            |
 //! | [`hold`](BoardClient::hold) | when the arm is held instead of driven by torques          |
 //! | [`stop`](BoardClient::stop) | when the board reports its fault                           |
+
+mod command_sender;
+mod error;
+mod motion;
+
+pub use command_sender::CommandSender;
+pub use error::ClientError;
+pub use motion::ActiveMotion;
 
 use std::time::{Duration, Instant};
 
 use armbridge_client::params::settings_exchange;
 use armbridge_client::session::{
-    ANSWER_TIMEOUT_US, ARM_TIMEOUT_US, HELLO_TIMEOUT_US, PARK_TIMEOUT_US, Request, RequestError,
-    SERVO_TIMEOUT_US, SessionEnded,
+    ANSWER_TIMEOUT_US, ARM_TIMEOUT_US, HELLO_TIMEOUT_US, PARK_TIMEOUT_US, Request, SERVO_TIMEOUT_US,
 };
-use armbridge_client::status::{BoardStatus, Obstacle};
+use armbridge_client::status::BoardStatus;
 use armbridge_client::telemetry::Telemetry;
-use armbridge_client::{enum_names, fault_text, refusal_text};
-use armbridge_link::message::{Command, Drive, Fault, Mode, Refusal, Settings, Trip};
-use armbridge_link::server::LinkRole;
+use armbridge_link::message::{Command, Drive, Mode, Record, Refusal, Settings};
 use armbridge_servo::JOINTS;
 
-use super::{BoardUri, LinkThread, LinkThreadError, Options};
+use super::{BoardUri, LinkThread, Options};
 
 /// Period at which a call that waits looks whether its caller is interrupted.
 const LOOK: Duration = Duration::from_millis(50);
-
-/// Reason for which a call failed.
-#[derive(Debug, thiserror::Error)]
-pub enum ClientError {
-    /// The link could not be opened, or has ended.
-    #[error(transparent)]
-    Link(#[from] LinkThreadError),
-    /// The link has ended before; the call that noticed it first has the reason.
-    #[error("the link to the board has ended")]
-    Ended,
-    /// The board refuses a command.
-    #[error("the board refuses to {}: {}", enum_names::command(command), refusal_text::in_words(*refusal))]
-    Refused {
-        /// The command.
-        command: Box<Command>,
-        /// The reason.
-        refusal: Refusal,
-    },
-    /// The board refuses to arm.
-    #[error("the board refuses to arm: {}", refusal_text::in_words(*.0))]
-    NotArmed(Refusal),
-    /// The board switched torque off.
-    #[error("{}", fault(*.0, .1.as_ref()))]
-    Fault(Fault, Option<Trip>),
-    /// Another request overtook it, or the board was reset.
-    #[error("{}", RequestError::Dropped)]
-    Dropped,
-    /// Something did not happen in time.
-    #[error("{what} in {} s{}", waited.as_secs_f64(), obstacle.as_ref().map_or_else(String::new, |why| format!(": {why}")))]
-    Timeout {
-        /// As "the board did not answer".
-        what: &'static str,
-        /// Time for which it was waited.
-        waited: Duration,
-        /// What the board reports that it lacks.
-        obstacle: Option<Obstacle>,
-    },
-    /// Another program commands the board; this one observes.
-    #[error("{}", observes(*.0))]
-    Observes(LinkRole),
-    /// The caller is interrupted.
-    #[error("interrupted")]
-    Interrupted,
-}
-
-impl From<SessionEnded> for ClientError {
-    fn from(_: SessionEnded) -> Self {
-        Self::Ended
-    }
-}
-
-fn fault(fault: Fault, trip: Option<&Trip>) -> String {
-    match trip {
-        Some(trip) => format!("torque is off: {}", fault_text::in_words(trip)),
-        None => format!("torque is off by a fault: {}", fault.name()),
-    }
-}
-
-fn observes(role: LinkRole) -> String {
-    match role.commander {
-        Some(program) => format!("{program} commands the board; this program observes"),
-        None => "no program commands the board; this one observes".into(),
-    }
-}
+/// Interval at which a command is repeated until the board can carry it out.
+const AGAIN: Duration = Duration::from_millis(20);
+/// Timeouts of the session.
+const HELLO: Duration = Duration::from_micros(HELLO_TIMEOUT_US);
+const SERVOS: Duration = Duration::from_micros(SERVO_TIMEOUT_US);
+const ANSWER: Duration = Duration::from_micros(ANSWER_TIMEOUT_US);
+const ARM: Duration = Duration::from_micros(ARM_TIMEOUT_US);
+const PARK: Duration = Duration::from_micros(PARK_TIMEOUT_US);
 
 /// A board, and the thread that serves its link. Dropping it ends the session, by which the arm is
 /// parked or the board disarms.
@@ -132,12 +83,12 @@ impl BoardClient {
                 && status.report.is_some()
                 && (is_up || status.obstacle.is_some() || status.trip.is_some())
         };
-        let timeout = Duration::from_micros(HELLO_TIMEOUT_US + SERVO_TIMEOUT_US);
-        match client.wait_until(timeout, "the board did not answer", is_known) {
-            Err(ClientError::Ended) => Err(client.end_error()),
-            Err(error) => Err(error),
-            Ok(()) => Ok(client),
-        }
+        client.wait(
+            HELLO.saturating_add(SERVOS),
+            "the board did not answer",
+            is_known,
+        )?;
+        Ok(client)
     }
 
     /// The board's status.
@@ -160,7 +111,7 @@ impl BoardClient {
     /// # Errors
     /// If it refuses, or does not answer.
     pub fn command(&self, command: Command) -> Result<(), ClientError> {
-        self.ask(Request::Command(command), ANSWER_TIMEOUT_US)
+        self.ask(Request::Command(command), ANSWER)
     }
 
     /// Replaces the settings, limits first, and keeps them across power-off if `saves`.
@@ -172,11 +123,9 @@ impl BoardClient {
         for command in settings_exchange::commands(&before, after, saves) {
             self.command(command)?;
         }
-        self.wait(
-            ANSWER_TIMEOUT_US,
-            "the settings were not reported",
-            |status| status.settings == Some(*after),
-        )
+        self.wait(ANSWER, "the settings were not reported", |status| {
+            status.settings == Some(*after)
+        })
     }
 
     /// Arms the board; stock servos are prepared before. Returns when the motors have been
@@ -199,25 +148,44 @@ impl BoardClient {
             self.command(Command::Prepare)?;
             let is_ready =
                 |status: &BoardStatus| status.servos.is_some_and(|servos| servos.is_ready);
-            self.wait(SERVO_TIMEOUT_US, "the servos were not ready", is_ready)?;
+            self.wait(SERVOS, "the servos were not ready", is_ready)?;
         }
-        self.ask(Request::Arm, ARM_TIMEOUT_US)?;
+        self.ask(Request::Arm, ARM)?;
         let is_armed = |status: &BoardStatus| {
             status
                 .mode()
                 .is_some_and(|mode| mode.is_armed() && mode != Mode::MotorCheck)
         };
-        self.wait_without_fault(SERVO_TIMEOUT_US, "the motor check did not end", is_armed)
+        self.wait_without_fault(SERVOS, "the motor check did not end", is_armed)
     }
 
-    /// Parks the arm, if it has a pose and is driven, and disarms.
+    /// Disarms: torque is off at once.
     ///
     /// # Errors
     /// If the board does not answer.
     pub fn disarm(&self) -> Result<(), ClientError> {
-        self.command(Command::Park)?;
+        self.end_drive(Command::Idle)
+    }
+
+    /// Parks the arm, and disarms: without a pose, or where nothing drives the arm, at once.
+    ///
+    /// # Errors
+    /// If the board does not answer.
+    pub fn park(&self) -> Result<(), ClientError> {
+        self.end_drive(Command::Park)
+    }
+
+    fn end_drive(&self, command: Command) -> Result<(), ClientError> {
+        if !self.is_armed() {
+            return Ok(());
+        }
+        self.command(command)?;
         let is_off = |status: &BoardStatus| status.mode().is_none_or(|mode| !mode.is_armed());
-        self.wait(PARK_TIMEOUT_US, "the park did not end", is_off)
+        self.wait(PARK, "the motors were not off", is_off)
+    }
+
+    fn is_armed(&self) -> bool {
+        self.status().mode().is_some_and(Mode::is_armed)
     }
 
     /// Ends the torque of a program: holds the arm where it is, or disarms if the board refuses.
@@ -232,7 +200,7 @@ impl BoardClient {
             .or_else(|_| self.disarm())?;
         let is_over =
             |status: &BoardStatus| status.mode().and_then(Mode::drive) != Some(Drive::Torque);
-        self.wait(ANSWER_TIMEOUT_US, "the torque did not end", is_over)
+        self.wait(ANSWER, "the torque did not end", is_over)
     }
 
     /// Stops the board: torque off, until the fault is cleared.
@@ -242,7 +210,7 @@ impl BoardClient {
     pub fn stop(&self) -> Result<(), ClientError> {
         self.thread.session().request(Request::Stop)?;
         let is_stopped = |status: &BoardStatus| matches!(status.mode(), Some(Mode::Fault(_)));
-        self.wait(ANSWER_TIMEOUT_US, "the stop was not reported", is_stopped)
+        self.wait(ANSWER, "the stop was not reported", is_stopped)
     }
 
     /// Clears a fault, and waits until the servos have been found again.
@@ -250,27 +218,98 @@ impl BoardClient {
     /// # Errors
     /// If the board refuses, or the servos do not answer.
     pub fn clear(&self) -> Result<(), ClientError> {
-        self.command(Command::ClearFault)?;
+        let cleared = self.poll(ANSWER, "the motors were not seen to be off", |slice| {
+            match self.command(Command::ClearFault) {
+                // After a stop that takes 0.3 s at most.
+                Err(ClientError::Refused {
+                    refusal: Refusal::NotOff,
+                    ..
+                }) => {
+                    std::thread::sleep(slice.min(AGAIN));
+                    None
+                }
+                result => Some(result),
+            }
+        })?;
+        cleared?;
         let is_idle = |status: &BoardStatus| status.mode() == Some(Mode::Idle);
-        self.wait(SERVO_TIMEOUT_US, "the servos were not found", is_idle)
+        self.wait(SERVOS, "the servos were not found", is_idle)
     }
 
-    /// Waits until the status meets a condition.
-    ///
-    /// # Errors
-    /// After the timeout, with `what` did not happen; if the link ends; if the caller is
-    /// interrupted.
-    pub fn wait_until(
+    /// Waits until the status meets a condition; after the timeout, `what` is the error.
+    fn wait(
         &self,
         timeout: Duration,
         what: &'static str,
         is_met: impl Fn(&BoardStatus) -> bool,
     ) -> Result<(), ClientError> {
+        let session = self.thread.session();
+        self.poll(timeout, what, |slice| {
+            session.wait_for(slice, &is_met).then_some(())
+        })
+    }
+
+    /// Waits for this many records, and takes them, oldest first.
+    ///
+    /// # Errors
+    /// After the timeout, if the link ends, and if the caller is interrupted: the records wait.
+    pub fn take(&self, count: usize, timeout: Duration) -> Result<Vec<Vec<Record>>, ClientError> {
+        self.poll(timeout, "too few ticks came", |slice| {
+            self.telemetry.take(count, slice)
+        })
+    }
+
+    /// The same, but a fault is an error.
+    fn wait_without_fault(
+        &self,
+        timeout: Duration,
+        what: &'static str,
+        is_met: impl Fn(&BoardStatus) -> bool,
+    ) -> Result<(), ClientError> {
+        let is_fault = |status: &BoardStatus| matches!(status.mode(), Some(Mode::Fault(_)));
+        self.wait(timeout, what, |status| is_met(status) || is_fault(status))?;
+        let status = self.status();
+        match status.mode() {
+            Some(Mode::Fault(fault)) => Err(ClientError::Fault(fault, status.trip)),
+            _ => Ok(()),
+        }
+    }
+
+    /// Ends the session: parks the arm or disarms, and closes the link.
+    ///
+    /// # Errors
+    /// If that takes too long, or the link ended by itself.
+    pub fn close(&self) -> Result<(), ClientError> {
+        Ok(self.thread.end()?)
+    }
+
+    fn ask(&self, request: Request, timeout: Duration) -> Result<(), ClientError> {
+        if let Some(role) = self.status().role.filter(|role| !role.is_commander) {
+            return Err(ClientError::Observes(role));
+        }
+        let pending = self.thread.session().ask(request)?;
+        let answer = self.poll(timeout, "the board did not answer", |slice| {
+            pending.wait(slice)
+        })?;
+        answer.map_err(|error| {
+            // A link that has ended is the reason.
+            let ended = self.check().err();
+            ended.unwrap_or_else(|| ClientError::of_request(request, error))
+        })
+    }
+
+    /// Attempts something, a slice of time each, until it succeeds.
+    fn poll<T>(
+        &self,
+        timeout: Duration,
+        what: &'static str,
+        attempt: impl Fn(Duration) -> Option<T>,
+    ) -> Result<T, ClientError> {
         let begun = Instant::now();
         loop {
             let left = timeout.saturating_sub(begun.elapsed());
-            if self.thread.session().wait_for(left.min(LOOK), &is_met) {
-                return Ok(());
+            if let Some(result) = attempt(left.min(LOOK)) {
+                return Ok(result);
             }
             self.check()?;
             if left.is_zero() {
@@ -283,93 +322,15 @@ impl BoardClient {
         }
     }
 
-    /// The same, but a fault ends it.
-    ///
-    /// # Errors
-    /// As [`wait_until`](Self::wait_until), and by a fault.
-    pub fn wait_without_fault(
-        &self,
-        timeout_us: u64,
-        what: &'static str,
-        is_met: impl Fn(&BoardStatus) -> bool,
-    ) -> Result<(), ClientError> {
-        let is_fault = |status: &BoardStatus| matches!(status.mode(), Some(Mode::Fault(_)));
-        self.wait(timeout_us, what, |status| {
-            is_met(status) || is_fault(status)
-        })?;
-        let status = self.status();
-        match status.mode() {
-            Some(Mode::Fault(fault)) => Err(ClientError::Fault(fault, status.trip)),
-            _ => Ok(()),
-        }
-    }
-
-    /// Ends the session: parks the arm or disarms, and closes the link.
-    ///
-    /// # Errors
-    /// If that takes too long.
-    pub fn leave(&self) -> Result<(), ClientError> {
-        Ok(self.thread.leave()?)
-    }
-
-    fn wait(
-        &self,
-        timeout_us: u64,
-        what: &'static str,
-        is_met: impl Fn(&BoardStatus) -> bool,
-    ) -> Result<(), ClientError> {
-        self.wait_until(Duration::from_micros(timeout_us), what, is_met)
-    }
-
-    fn ask(&self, request: Request, timeout_us: u64) -> Result<(), ClientError> {
-        if let Some(role) = self.status().role.filter(|role| !role.is_commander) {
-            return Err(ClientError::Observes(role));
-        }
-        let pending = self.thread.session().ask(request)?;
-        let (begun, timeout) = (Instant::now(), Duration::from_micros(timeout_us));
-        loop {
-            let left = timeout.saturating_sub(begun.elapsed());
-            match (pending.wait(left.min(LOOK)), request) {
-                (Some(Ok(())), _) => return Ok(()),
-                (Some(Err(RequestError::Dropped)), _) => {
-                    self.check()?;
-                    return Err(ClientError::Dropped);
-                }
-                (Some(Err(RequestError::Refused(refusal))), Request::Command(command)) => {
-                    let command = Box::new(command);
-                    return Err(ClientError::Refused { command, refusal });
-                }
-                (Some(Err(RequestError::Refused(refusal))), _) => {
-                    return Err(ClientError::NotArmed(refusal));
-                }
-                (None, _) if left.is_zero() => {
-                    return Err(ClientError::Timeout {
-                        what: "the board did not answer",
-                        waited: timeout,
-                        obstacle: None,
-                    });
-                }
-                (None, _) => self.check()?,
-            }
-        }
-    }
-
     /// Looks whether a call has to give up.
     fn check(&self) -> Result<(), ClientError> {
         if (self.is_interrupted)() {
             return Err(ClientError::Interrupted);
         }
         if self.thread.is_over() {
+            self.thread.end()?;
             return Err(ClientError::Ended);
         }
         Ok(())
-    }
-
-    /// The reason for which the link has ended.
-    fn end_error(self) -> ClientError {
-        match self.thread.end() {
-            Err(error) => error.into(),
-            Ok(()) => ClientError::Ended,
-        }
     }
 }
