@@ -14,7 +14,8 @@ impl<K: RecordSink> PlanRunner<K> {
 
     /// Has the arm parked before the motors are switched off, if it is driven and has a pose.
     fn leave(&mut self, now_us: u64) {
-        if self.session.status().has_pose() && self.mode.drive().is_some() {
+        let status = self.session.status();
+        if status.has_pose() && status.is_driven() {
             self.is_armed = false;
             self.command(now_us, Command::Park);
             self.enter(Phase::Parking, now_us);

@@ -160,9 +160,9 @@ pub fn step(
         control_loop.control.end_offset();
     }
 
-    let lowered = control_loop.source.lowered();
     // Monitor: samples, estimate and motion, under the torque in force and the reference of the
     // last tick, which the arm follows now.
+    let lowered = control_loop.source.lowered();
     monitor(
         config,
         control_loop,
