@@ -26,6 +26,8 @@ fn save_and_restart(failure: Failure, requests: &[Request]) -> [CommandHost; 2] 
         }),
     })
     .unwrap();
+    // The board has booted in between: on a busy machine that takes seconds.
+    let running = Instant::now();
     let (from, to) = (qemu.bus.try_clone().unwrap(), qemu.bus.try_clone().unwrap());
     // Ends with QEMU.
     std::thread::spawn(move || WallClockBench::new(bench(), SLOW).serve(from, to, || None, false));
@@ -41,7 +43,7 @@ fn save_and_restart(failure: Failure, requests: &[Request]) -> [CommandHost; 2] 
     );
 
     let over = fails_at + Duration::from_secs(2);
-    std::thread::sleep(over.saturating_sub(begun.elapsed()));
+    std::thread::sleep(over.saturating_sub(running.elapsed()));
     // The last messages of the first boot are discarded.
     let link = &mut qemu.link;
     link.set_read_timeout(Some(Duration::from_millis(100)))

@@ -87,7 +87,13 @@ impl Host for CommandHost {
     type Error = Infallible;
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], Infallible> {
-        assert!(now_us < 10_000_000, "no end");
+        assert!(
+            now_us < 10_000_000,
+            "no end: {} requests, {:?}, {:?}",
+            self.requests.len(),
+            self.received.answers,
+            self.received.records.last()
+        );
         if self.is_idle
             && self.client.is_settled()
             && let Some(next) = self.requests.pop_front()

@@ -17,7 +17,7 @@ use crate::event::{Direction, EventKind, LinkDecoder};
 
 /// Records of a block.
 pub const BLOCK: usize = 250;
-/// Records that wait for a reader: a minute at 1 kHz, 18 MB.
+/// Records that wait for a reader: a minute at 1 kHz.
 pub const CAPACITY: usize = 60_000;
 
 /// Reader's end.
