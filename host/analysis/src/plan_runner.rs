@@ -11,6 +11,7 @@
 pub(crate) mod action_text;
 mod ending;
 mod error;
+mod on_client;
 mod on_message;
 mod outcome;
 pub mod plan;
@@ -19,6 +20,7 @@ mod record_sink;
 mod timeline;
 
 pub use error::PlanError;
+pub use on_client::{PerformError, Performed, perform};
 pub use outcome::Ending;
 pub use plan::{Plan, Script};
 pub use record_sink::{AllRecords, RecordSink};

@@ -37,6 +37,8 @@ struct Queue {
     /// Number of the last tick of this connection.
     last_tick: Option<u32>,
     lost: u64,
+    /// Records since [`Telemetry::begin_copy`].
+    copy: Option<Vec<Record>>,
     /// The board's clock, against the time since a moment of this process.
     clock: Option<(Instant, ClockOffset)>,
     is_closed: bool,
@@ -69,6 +71,16 @@ impl Telemetry {
         let mut queue = self.lock();
         let waiting = queue.waiting;
         queue.take(waiting)
+    }
+
+    /// Begins a copy of the records that come, for a reader beside the one that takes them.
+    pub fn begin_copy(&self) {
+        self.lock().copy = Some(Vec::new());
+    }
+
+    /// Ends the copy, and returns it.
+    pub fn end_copy(&self) -> Vec<Record> {
+        self.lock().copy.take().unwrap_or_default()
     }
 
     /// Number of records that wait.
@@ -119,6 +131,7 @@ impl Queue {
             self.blocks.push_back(block);
         }
         self.waiting += 1;
+        self.copy.iter_mut().for_each(|copy| copy.push(*record));
         let now = Instant::now();
         let (begun, clock) = self.clock.get_or_insert((now, ClockOffset::default()));
         let now_us = now.duration_since(*begun).as_micros() as u64;
@@ -201,9 +214,11 @@ mod tests {
     #[test]
     fn blocks_have_every_record_once_and_gaps_are_counted() {
         let telemetry = Telemetry::default();
+        telemetry.begin_copy();
         for tick in (0..1_000).chain(1_003..1_010).chain(0..5) {
             telemetry.lock().push(&record(tick));
         }
+        assert_eq!(telemetry.end_copy().len(), 1_012);
         assert_eq!((telemetry.waiting(), telemetry.lost()), (1_012, 3));
         let first = telemetry.take(777, Duration::ZERO).unwrap();
         assert_eq!(ticks(&first), (0..777).collect::<Vec<_>>());

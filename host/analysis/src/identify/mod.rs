@@ -47,11 +47,13 @@
 //! | `holdout`        | prediction of windows excluded from a second fit                |
 //! | `board_settings` | settings of a board with the identified arm                     |
 //! | `report`         | the estimates as a table                                        |
+//! | `arm_fit`        | the fit of an arm to logs, with its report and checks           |
 //! | `acceptance`     | whether the estimates are certain enough for control            |
 //! | `page`           | the report as a page with figures                               |
 
 mod acceptance;
 mod arm;
+mod arm_fit;
 mod board_settings;
 mod checks;
 mod cost;
@@ -77,6 +79,7 @@ mod stribeck_curve;
 pub use crate::html::PAGE_NAME;
 pub use acceptance::UncertainParameter;
 pub use arm::KnownParameters;
+pub use arm_fit::{AdoptError, ArmFit, ArmFitError, FitData};
 pub use board_settings::{UnphysicalArm, identified_settings};
 pub use checks::{
     Checks, Combination, Correlation, MissingTorque, Rollout, Whiteness, WithoutDryFriction,

@@ -20,7 +20,7 @@ mod table;
 
 pub use axis::{Assignment, Axis, AxisError, Combination, RUNS_MAX, ValueError, combinations};
 pub use csv::CsvError;
-pub use single::{RunFigures, SweepRun};
+pub use single::{RunFigures, SweepRun, run as run_once};
 pub use table::{Row, Spread};
 
 use std::path::Path;
@@ -72,7 +72,7 @@ impl Sweep {
             scenario.bench.seed = seed;
             let name = format!("{:03}-{seed}.mcap", combination + 1);
             let log = logs.map(|folder| folder.join(name));
-            let figures = single::run(&scenario, log.as_deref())?;
+            let figures = run_once(&scenario, log.as_deref(), ctrl_c::is_raised)?;
             Ok(figures.map(|figures| SweepRun {
                 combination,
                 seed,

@@ -4,7 +4,6 @@
 use std::fs;
 use std::path::Path;
 
-use armbridge_client::ctrl_c;
 use armbridge_link::experiment::Conclusion;
 use armbridge_link::message::Record;
 use armbridge_log::LogError;
@@ -86,16 +85,20 @@ impl RecordSink for Figures {
 }
 
 /// Runs a scenario on the simulated board, with its log in a file if one is named. `None`
-/// if ctrl-c ended it; then there is no log either, which no run of the table would name.
+/// if it was interrupted; then there is no log either, which no run of a table would name.
 ///
 /// # Errors
 /// If the log cannot be written; the error names the file, which stays as far as it goes.
-pub(super) fn run(scenario: &Scenario, log: Option<&Path>) -> Result<Option<RunFigures>, LogError> {
+pub fn run(
+    scenario: &Scenario,
+    log: Option<&Path>,
+    is_interrupted: fn() -> bool,
+) -> Result<Option<RunFigures>, LogError> {
     let facts = scenario.simulated_facts(&BoardUri::Sim.world());
     let recorder = log
         .map(|path| Recorder::create_waiting(path, &facts))
         .transpose()?;
-    let figures = recorded(scenario, &facts, recorder);
+    let figures = recorded(scenario, &facts, recorder, is_interrupted);
     if let (Some(path), Ok(None)) = (log, &figures) {
         // Best effort: the sweep ends.
         let _ = fs::remove_file(path);
@@ -108,6 +111,7 @@ fn recorded(
     scenario: &Scenario,
     facts: &RunFacts,
     recorder: Option<Recorder>,
+    is_interrupted: fn() -> bool,
 ) -> Result<Option<RunFigures>, LogError> {
     let sink = Figures {
         tally: Tally::default(),
@@ -118,7 +122,7 @@ fn recorded(
         ),
     };
     let runner = PlanRunner::with_sink(scenario.plan.clone(), sink);
-    let mut runner = runner.interrupted_by(ctrl_c::is_raised);
+    let mut runner = runner.interrupted_by(is_interrupted);
     let mut options = Options::new(scenario.bench.build());
     options.interactions = Some(runner.interactions());
     options
@@ -128,7 +132,7 @@ fn recorded(
     let (runner, result) = drive(&BoardUri::Sim, options, runner);
     recorder.map(Recorder::finish).transpose()?;
     let ending = runner.ending();
-    if ending == Some(Ending::Interrupted) || (result.is_err() && ctrl_c::is_raised()) {
+    if ending == Some(Ending::Interrupted) || (result.is_err() && is_interrupted()) {
         return Ok(None);
     }
     let link = runner.stats();
@@ -164,7 +168,7 @@ mod tests {
     fn settling_ends_at_the_first_push() {
         let scenario = Scenario::load("push", &Overrides::default()).unwrap();
         // The first push is after 3 s.
-        let figures = run(&scenario, None).unwrap().unwrap();
+        let figures = run(&scenario, None, || false).unwrap().unwrap();
         assert!(figures.settling_time_s.unwrap() < 1.0, "{figures:?}");
     }
 }

@@ -9,18 +9,11 @@ mod run;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use armbridge_analysis::identify::{
-    Checks, Diagnosis, FitResult, KnownParameters, PAGE_NAME, Prior, Report, Tally, Trace,
-    identified_settings, identify, traces,
-};
-use armbridge_client::params::Parameter;
+use armbridge_analysis::identify::{ArmFit, ArmFitError, Diagnosis, FitData, PAGE_NAME};
 use armbridge_client::{params, stdio};
-use armbridge_link::message::Settings;
-use armbridge_log::inspect::Log;
 use armbridge_log::output_file;
 use armbridge_log::output_file::Existing;
 use clap::{Args, Subcommand};
-use toml::Value;
 
 use self::apply::Apply;
 use self::output::OutputOptions;
@@ -128,7 +121,7 @@ fn fit(args: &FitArgs) -> Outcome {
     for path in args.out.iter().chain(&report) {
         args.force.check(path)?;
     }
-    let fit = Fit::from_logs(&paths(&args.logs), args.weighed)?;
+    let fit = fit_logs(&paths(&args.logs)?, args.weighed)?;
     let description = output::describe(
         &fit,
         &OutputOptions {
@@ -143,7 +136,7 @@ fn fit(args: &FitArgs) -> Outcome {
         description.text
     };
     if let Some(path) = &args.out {
-        fit.write_to(path, args.force.chosen())?;
+        write_to(&fit, path, args.force.chosen())?;
     }
     stdio::print(text)?;
     if !args.apply {
@@ -158,137 +151,28 @@ fn fit(args: &FitArgs) -> Outcome {
     Ok(applied.exit_code())
 }
 
-/// An arm fitted to logs.
-struct Fit {
-    /// Settings of the board that recorded them.
-    before: Settings,
-    known: KnownParameters,
-    prior: Prior,
-    result: FitResult,
-    report: Report,
-    checks: Checks,
-    /// Each log's path, name and link.
-    logs: Vec<String>,
+/// Fits an arm to the logs at these paths.
+fn fit_logs(logs: &[PathBuf], weighed: f64) -> Result<ArmFit, Error> {
+    let data = FitData::load(logs).map_err(|error| match error {
+        ArmFitError::Diagnosis(diagnosis) => Error::from(diagnosis),
+        error => error.into(),
+    })?;
+    data.damage.iter().for_each(stdio::note);
+    Ok(ArmFit::new(data, weighed)?)
 }
 
-impl Fit {
-    /// Fits these logs; `None` is the newest one.
-    fn from_logs(logs: &[Option<&Path>], weighed: f64) -> Result<Self, Error> {
-        let Loaded {
-            settings: before,
-            traces,
-            tally,
-            logs,
-        } = load(logs)?;
-        let known = KnownParameters::from_setup(&before.setup);
-        let prior = Prior::from_setup(&before.setup, weighed);
-        let result = identify(&traces, &tally, &known, &prior)?;
-        Ok(Self {
-            report: Report::new(&result, &prior, known.period_s),
-            checks: Checks::new(&result, &traces, &known, &prior),
-            before,
-            known,
-            prior,
-            result,
-            logs,
-        })
-    }
-
-    /// All parameters of the arm: the identified ones, and the known ones, such as its lengths
-    /// and mounting.
-    fn arm(&self) -> Result<Vec<(&'static Parameter, Value)>, Error> {
-        let after = identified_settings(&self.before, &self.result)?;
-        let is_of_arm = |parameter: &Parameter| {
-            ["arm", "joint1", "joint2"].contains(&parameter.group())
-                || parameter.key == "setup.friction_nm"
-        };
-        let all = params::pairs(&after).into_iter();
-        Ok(all.filter(|(parameter, _)| is_of_arm(parameter)).collect())
-    }
-
-    /// Writes them to a file, with tables as in armbridge.toml.
-    fn write_to(&self, path: &Path, existing: Existing) -> Result<(), Error> {
-        let table = params::to_table(self.arm()?);
-        output_file::write(path, toml::to_string(&table)?.as_bytes(), existing)
-            .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
-        Ok(())
-    }
+/// Writes the parameters of the arm to a file, with tables as in armbridge.toml.
+fn write_to(fit: &ArmFit, path: &Path, existing: Existing) -> Result<(), Error> {
+    let table = params::to_table(fit.parameters()?);
+    output_file::write(path, toml::to_string(&table)?.as_bytes(), existing)
+        .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+    Ok(())
 }
 
-/// The named logs; the newest one if none is.
-fn paths(logs: &[PathBuf]) -> Vec<Option<&Path>> {
+/// Paths of the named logs; that of the newest one if none is.
+fn paths(logs: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
     match logs {
-        [] => vec![None],
-        logs => logs.iter().map(|log| Some(log.as_path())).collect(),
+        [] => Ok(vec![log::find(None)?]),
+        logs => logs.iter().map(|path| log::find(Some(path))).collect(),
     }
-}
-
-/// Data of logs that a fit uses.
-struct Loaded {
-    /// Settings of the first log.
-    settings: Settings,
-    /// Traces of all logs.
-    traces: Vec<Trace>,
-    tally: Tally,
-    /// Each log's path, name and link.
-    logs: Vec<String>,
-}
-
-fn load(logs: &[Option<&Path>]) -> Result<Loaded, Error> {
-    let mut first: Option<(PathBuf, Settings)> = None;
-    let (mut all, mut tally, mut names) = (Vec::new(), Tally::default(), Vec::new());
-    for (index, log) in logs.iter().enumerate() {
-        let path = log::find(*log)?;
-        let Log { head, records, .. } = Log::load(&path)?;
-        for damage in &head.damage {
-            stdio::note(format_args!("{}: {damage}", path.display()));
-        }
-        if records.is_empty() {
-            return Err(Diagnosis::Empty.into());
-        }
-        let settings = head.settings.ok_or_else(|| {
-            let path = path.display();
-            format!("{path} has no settings of the board; record from the hello on")
-        })?;
-        let (named, before) = first.get_or_insert_with(|| (path.clone(), settings));
-        check_same_model(before, &settings)
-            .map_err(|error| format!("{} and {}: {error}", named.display(), path.display()))?;
-        let facts = &head.facts;
-        names.push(format!(
-            "{} · {} · {}",
-            path.display(),
-            facts.name,
-            facts.describe()
-        ));
-        tally.add(&records, &settings.limits);
-        let traces = traces(&records).into_iter();
-        all.extend(traces.map(|trace| Trace {
-            log: index,
-            ..trace
-        }));
-    }
-    match first {
-        Some((_, settings)) => Ok(Loaded {
-            settings,
-            traces: all,
-            tally,
-            logs: names,
-        }),
-        None => Err("name a log".into()),
-    }
-}
-
-/// Checks that two boards have the same model of the arm and the same period.
-fn check_same_model(one: &Settings, other: &Settings) -> Result<(), Error> {
-    let (one, other) = (&one.setup, &other.setup);
-    let what = if one.period_us != other.period_us {
-        format!("periods, {} and {} µs", one.period_us, other.period_us)
-    } else if one.joints != other.joints {
-        "calibrations or actuators of the joints".into()
-    } else if one.arm != other.arm {
-        "models of the arm".into()
-    } else {
-        return Ok(());
-    };
-    Err(format!("the boards of these logs have different {what}; fit them one by one").into())
 }

@@ -3,7 +3,8 @@
 use std::process::ExitCode;
 
 use armbridge::config::Config;
-use armbridge_analysis::design::{Design, Redesign, retune};
+use armbridge_analysis::design::{Design, Redesign};
+use armbridge_analysis::identify::ArmFit;
 use armbridge_client::params::settings_exchange;
 use armbridge_client::{params, refusal_text, stdio};
 use armbridge_link::message::Settings;
@@ -11,7 +12,6 @@ use armbridge_log::text_table;
 
 use super::super::params_exchange::{Sent, differences, kept};
 use super::super::{Error, ask};
-use super::Fit;
 use crate::args::LinkArgs;
 
 /// The board, and whether the user confirms.
@@ -43,7 +43,7 @@ impl Applied {
 
 impl Apply<'_> {
     /// Shows the changes, asks, and sends them, unless the parameters are too uncertain.
-    pub(super) fn to_board(&self, fit: &Fit) -> Result<Applied, Error> {
+    pub(super) fn to_board(&self, fit: &ArmFit) -> Result<Applied, Error> {
         let uncertain = fit.report.too_uncertain();
         if !uncertain.is_empty() {
             for parameter in uncertain {
@@ -55,7 +55,7 @@ impl Apply<'_> {
         }
         let mut redesign = Redesign::OnBoard;
         let decide = |before: &Settings| {
-            let (after, how) = with_identified_arm(before, fit)?;
+            let (after, how) = fit.adopted_by(before)?;
             redesign = how;
             Ok(after)
         };
@@ -129,18 +129,6 @@ fn stable_design(after: &Settings) -> Result<Design, String> {
 pub(super) fn not_applied(why: &str) -> Applied {
     stdio::note(format_args!("armbridge: not applied: {why}"));
     Applied::Unchanged
-}
-
-/// The board's settings with the identified arm, and gains for it.
-fn with_identified_arm(before: &Settings, fit: &Fit) -> Result<(Settings, Redesign), Error> {
-    let mut after = *before;
-    let arm = fit.arm()?;
-    let pairs = arm.iter().map(|(parameter, value)| (parameter.key, value));
-    params::apply(&mut after, pairs)?;
-    let (setup, redesign) = retune(&before.setup, &after.setup)?;
-    after.setup = setup;
-    params::check(&after)?;
-    Ok((after, redesign))
 }
 
 /// Gains before and after, and the disc margin after.

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use armbridge_analysis::identify::{
-    Diagnosis, Forecast, Page, forecast, holdout_forecasts, write_diagnosis,
+    ArmFit, Diagnosis, Forecast, Page, forecast, holdout_forecasts, write_diagnosis,
 };
 use armbridge_client::stdio;
 use armbridge_log::output_file::Existing;
 use armbridge_log::text_table;
 
 use super::super::{Error, Outcome};
-use super::{Fit, FitArgs, check_same_model, load, paths};
+use super::{FitArgs, paths};
 
 /// Output wanted beside the parameters.
 pub(super) struct OutputOptions<'a> {
@@ -32,7 +32,7 @@ pub(super) struct Description {
 }
 
 /// Describes a fit, and writes the page if one is wanted.
-pub(super) fn describe(fit: &Fit, options: &OutputOptions<'_>) -> Result<Description, Error> {
+pub(super) fn describe(fit: &ArmFit, options: &OutputOptions<'_>) -> Result<Description, Error> {
     let forecasts = forecasts(fit, options.held_out)?;
     let mut json = serde_json::to_value(&fit.report)?;
     json["checks"] = serde_json::to_value(&fit.checks)?;
@@ -82,7 +82,7 @@ fn create(folder: &Path) -> Result<(), Error> {
 }
 
 /// Validation on data excluded from the fit; `None` if that takes too long.
-fn forecasts(fit: &Fit, held_out: &[PathBuf]) -> Result<Option<Vec<Forecast>>, Error> {
+fn forecasts(fit: &ArmFit, held_out: &[PathBuf]) -> Result<Option<Vec<Forecast>>, Error> {
     if held_out.is_empty() {
         return Ok(holdout_forecasts(
             &fit.result,
@@ -91,9 +91,8 @@ fn forecasts(fit: &Fit, held_out: &[PathBuf]) -> Result<Option<Vec<Forecast>>, E
             &fit.prior,
         ));
     }
-    let held = load(&paths(held_out))?;
-    check_same_model(&fit.before, &held.settings)?;
-    Ok(Some(forecast(&fit.result, &held.traces, &fit.known)))
+    let held = fit.held_out(&paths(held_out)?)?;
+    Ok(Some(forecast(&fit.result, &held, &fit.known)))
 }
 
 fn as_text(held_out: &str, forecasts: Option<&[Forecast]>) -> String {

@@ -21,7 +21,7 @@ use super::super::run::Staging;
 use super::super::{Error, Outcome, ask, link};
 use super::apply::{Applied, Apply, not_applied};
 use super::output::{self, OutputOptions};
-use super::{Fit, preview, share};
+use super::{fit_logs, paths, preview, share, write_to};
 use crate::args::suggestions::plants;
 use crate::args::values::seed;
 use crate::args::{LinkArgs, OutputArgs, PaceName};
@@ -245,14 +245,14 @@ fn fit_and_apply(
     folder: &std::path::Path,
     report: &mut Value,
 ) -> Result<ExitCode, Error> {
-    let fitted = Fit::from_logs(&[Some(folder)], args.weighed);
+    let fitted = paths(&[folder.to_owned()]).and_then(|log| fit_logs(&log, args.weighed));
     let options = OutputOptions {
         held_out: &[],
         folder: Some(folder),
         existing: Existing::Refuse,
     };
     let written = fitted.and_then(|fit| {
-        fit.write_to(&folder.join(ARM_NAME), Existing::Refuse)?;
+        write_to(&fit, &folder.join(ARM_NAME), Existing::Refuse)?;
         let description = output::describe(&fit, &options)?;
         Ok((fit, description))
     });
@@ -267,7 +267,7 @@ fn fit_and_apply(
         }
     };
     report["fit"] = description.json;
-    report["arm"] = serde_json::to_value(params::to_table(fit.arm()?))?;
+    report["arm"] = serde_json::to_value(params::to_table(fit.parameters()?))?;
     if !args.output.quiet && !args.output.json {
         print_text(args, &description.text)?;
     }

@@ -12,11 +12,13 @@
 //! | [`disarm`](BoardClient::disarm), [`park`](BoardClient::park) | when the motors are off |
 //! | [`take`](BoardClient::take) | when so many ticks have come                                 |
 //! | [`wait_for`](BoardClient::wait_for) | when a motion has arrived                            |
+//! | [`experiment`](BoardClient::experiment) | when the experiment has ended                 |
 //! | [`hold`](BoardClient::hold) | when the arm is held instead of driven by torques          |
 //! | [`stop`](BoardClient::stop) | when the board reports its fault                           |
 
 mod command_sender;
 mod error;
+mod experiment;
 mod motion;
 
 pub use command_sender::CommandSender;
@@ -40,6 +42,9 @@ use super::{BoardUri, LinkThread, Options};
 const LOOK: Duration = Duration::from_millis(50);
 /// Interval at which a command is repeated until the board can carry it out.
 const AGAIN: Duration = Duration::from_millis(20);
+/// Ticks after which a motion or an experiment that was accepted is followed: it is planned
+/// meanwhile.
+const PLANNED_TICKS: i32 = 10;
 /// Timeouts of the session.
 const HELLO: Duration = Duration::from_micros(HELLO_TIMEOUT_US);
 const SERVOS: Duration = Duration::from_micros(SERVO_TIMEOUT_US);
@@ -184,7 +189,8 @@ impl BoardClient {
         self.wait(PARK, "the motors were not off", is_off)
     }
 
-    fn is_armed(&self) -> bool {
+    /// Whether a motor may be driven.
+    pub fn is_armed(&self) -> bool {
         self.status().mode().is_some_and(Mode::is_armed)
     }
 
@@ -237,7 +243,10 @@ impl BoardClient {
     }
 
     /// Waits until the status meets a condition; after the timeout, `what` is the error.
-    fn wait(
+    ///
+    /// # Errors
+    /// After the timeout, if the link ends, and if the caller is interrupted.
+    pub fn wait(
         &self,
         timeout: Duration,
         what: &'static str,
@@ -259,8 +268,11 @@ impl BoardClient {
         })
     }
 
-    /// The same, but a fault is an error.
-    fn wait_without_fault(
+    /// Waits likewise, but a fault is an error, too.
+    ///
+    /// # Errors
+    /// As [`Self::wait`], and after a fault.
+    pub fn wait_without_fault(
         &self,
         timeout: Duration,
         what: &'static str,

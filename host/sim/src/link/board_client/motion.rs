@@ -7,13 +7,10 @@ use armbridge_link::message::{Command, Drive, Mode, Record};
 use armbridge_link::motion::Motion;
 use armbridge_servo::JOINTS;
 
-use super::{BoardClient, ClientError};
+use super::{BoardClient, ClientError, PLANNED_TICKS};
 
 /// Distance in rad, and speed in rad/s, at which the reference has arrived: rounding.
 const ARRIVED: f32 = 1e-4;
-/// Ticks after which a motion that was accepted is followed: it is planned meanwhile.
-const PLANNED_TICKS: i32 = 10;
-
 /// A motion that the board has accepted.
 #[derive(Clone, Copy, Debug)]
 pub struct ActiveMotion {
