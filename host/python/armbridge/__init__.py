@@ -13,4 +13,5 @@ thread of its own, which keeps the link alive while Python is busy; the arm is p
 disarmed, at the end of every `with` block, by an exception too.
 """
 
+from . import design as design
 from ._native import *

@@ -14,8 +14,11 @@ __all__ = [
     "Block",
     "Board",
     "ClosedError",
+    "Design",
     "DroppedError",
     "FaultError",
+    "Fit",
+    "IdentifyError",
     "LinkError",
     "Log",
     "LogError",
@@ -28,7 +31,12 @@ __all__ = [
     "Telemetry",
     "Ticks",
     "Torque",
+    "bench",
+    "computed_torque",
     "connect",
+    "identify",
+    "lqr",
+    "place",
 ]
 
 _Pair: TypeAlias = Sequence[float] | NDArray[np.floating[Any]]
@@ -59,6 +67,59 @@ class ObserverError(ArmbridgeError):
 
 class LogError(ArmbridgeError):
     """A log cannot be read or written."""
+
+class IdentifyError(ArmbridgeError):
+    """The records do not identify the arm."""
+
+def bench(
+    scenario: str = "demo",
+    *,
+    settings: Mapping[str, _Value] | None = None,
+    plant: str | None = None,
+    friction: bool | None = None,
+    initial: _Pair | None = None,
+    seed: int | None = None,
+    duration: float | None = None,
+    log: str | PathLike[str] | None = None,
+) -> dict[str, Any]:
+    """Runs a scenario, a file or one that ships, on a simulated board and arm, and returns its
+    figures. The same arguments give the same run, to the bit. `settings` are parameters of the
+    board by name, `initial` angles in rad; `log` is the path of a log to be written.
+
+    Figures, of the worse joint: `settling_time_s` (None if it never settled), `settled`,
+    `rest_error_mrad`, `tracking_rms_mrad`, `peak_torque_nm`, `fault`, `missed_expectations`,
+    `ended`.
+    """
+
+def identify(*logs: str | PathLike[str], weighed: float = 0.01) -> Fit:
+    """Identifies an arm from logs, of one board each the same; a folder means the log in it.
+    `weighed` is the relative standard error of the arm's known weight.
+
+    Raises IdentifyError, with a diagnosis, if the logs do not identify it.
+    """
+
+def lqr(
+    q: Sequence[float] | NDArray[Any], r: _Pair, *, settings: Mapping[str, _Value] | None = None
+) -> Design:
+    """The regulator of least cost: `q` weighs both angles and both speeds, `r` both torques.
+    `settings` are parameters by name, such as `Board.settings`; the board's defaults without.
+
+    Raises ValueError if a board would refuse it.
+    """
+
+def computed_torque(
+    natural: _Pair, damping: _Pair, *, settings: Mapping[str, _Value] | None = None
+) -> Design:
+    """Computed torque: natural frequencies in rad/s and damping ratios of the errors of both
+    joints."""
+
+def place(
+    poles: Sequence[Sequence[complex]] | NDArray[Any],
+    *,
+    settings: Mapping[str, _Value] | None = None,
+) -> Design:
+    """State feedback whose loop has these poles in z, of shape (2, 2): two for each joint, real or
+    conjugate."""
 
 def connect(
     link: str = "sim:",
@@ -137,6 +198,23 @@ class Board:
 
     def float(self) -> None:
         """Makes the arm weightless, for a hand to lead."""
+
+    def experiment(self, experiment: Mapping[str, Any]) -> tuple[bool, str]:
+        """Performs an experiment from where the arm is: a dictionary as a step of a scenario has
+        it, of `roles`, `duration_s`, `angle_rad` and `speed_rad_s`. Returns whether it lasted its
+        whole time, and a sentence that says why it ended; the arm is held then.
+
+        Raises RefusedError if the board refuses it, FaultError after a fault.
+        """
+
+    def identify(self, plan: str = "identify", *, weighed: builtins.float = 0.01) -> Fit:
+        """Moves the arm by a plan, a scenario that ships or a file, and identifies it; its records
+        are in the log of the connection, too. An arm that was not armed is armed for it, and
+        parked or let go of at the end. `weighed` is the relative standard error of its known
+        weight.
+
+        Raises IdentifyError, with a diagnosis, if the motion does not identify it.
+        """
 
     def stream(self, rate: builtins.float, *, lead: builtins.float = 0.03) -> Stream:
         """A stream of setpoints at this rate in Hz, for a `with` block; each is sent `lead` s before
@@ -374,3 +452,49 @@ class Arm:
     def linearise(self, q: _Pair) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Matrices A of shape (4, 4) and B of shape (4, 2) of the arm at rest at these angles, with
         the state of angles and speeds."""
+
+@final
+class Design:
+    """A design: gain, poles and margins of the loop about upright that the board closes."""
+
+    @property
+    def gain(self) -> NDArray[np.float64]:
+        """Gain from state to torque, of shape (2, 4), in N m/rad and N m s/rad."""
+
+    @property
+    def poles(self) -> NDArray[np.complex128]:
+        """Poles in z of the controller, the estimator and the actuators, of shape (n,)."""
+
+    @property
+    def margins(self) -> dict[str, Any]:
+        """Margins of the loop, by name."""
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether the loop is stable."""
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """Parameters for `Board.set`."""
+
+@final
+class Fit:
+    """An arm identified from its motion."""
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """Parameters of the arm for `Board.set`, and for the keys of a scenario."""
+
+    def adopted_by(self, settings: Mapping[str, _Value]) -> dict[str, Any]:
+        """Parameters of a board with the identified arm: its own, and a gain for it where it has
+        one that was given instead of designed."""
+
+    @property
+    def estimates(self) -> list[dict[str, Any]]:
+        """Estimates as a list of dictionaries: joint, name, unit, value, half width of the 95 %
+        interval."""
+
+    @property
+    def uncertain(self) -> list[str]:
+        """Reasons, a sentence each, for which the estimates are too uncertain to control an arm by;
+        empty if they are certain enough."""

@@ -3,7 +3,12 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use armbridge_analysis::identify::FitData;
+use armbridge_analysis::plan_runner::{PerformError, Performed, perform};
+use armbridge_analysis::scenario::{Overrides, Scenario};
+use armbridge_client::experiment_text;
 use armbridge_client::transport::Intent;
+use armbridge_link::experiment::Experiment;
 use armbridge_link::message::{Command, Settings};
 use armbridge_link::server::Touch;
 use armbridge_sim::Bench;
@@ -15,6 +20,7 @@ use pyo3::types::{PyDict, PyTuple};
 use crate::arguments::{angles, pair, seconds};
 use crate::connection::Connection;
 use crate::errors::value_error;
+use crate::identify::Fit;
 use crate::motion::Motion;
 use crate::periodic::{Stream, Torque};
 use crate::settings;
@@ -169,6 +175,42 @@ impl Board {
     /// Makes the arm weightless, for a hand to lead.
     fn float(&self, py: Python<'_>) -> PyResult<()> {
         self.0.command(py, Command::Float)
+    }
+
+    /// Performs an experiment from where the arm is: a dictionary as a step of a scenario has it, of
+    /// `roles`, `duration_s`, `angle_rad` and `speed_rad_s`. Returns whether it lasted its whole
+    /// time, and a sentence that says why it ended; the arm is held then.
+    fn experiment(
+        &self,
+        py: Python<'_>,
+        experiment: &Bound<'_, PyDict>,
+    ) -> PyResult<(bool, String)> {
+        let experiment: Experiment = pythonize::depythonize(experiment)
+            .map_err(|error| value_error(format!("this is no experiment: {error}")))?;
+        let conclusion = self.0.call(py, |client| client.experiment(&experiment))?;
+        let text = experiment_text::conclusion(&conclusion);
+        Ok((experiment_text::is_whole(&conclusion), text))
+    }
+
+    /// Moves the arm by a plan, a scenario that ships or a file, and identifies it; its records
+    /// are in the log of the connection, too. An arm that was not armed is armed for it, and
+    /// parked or let go of at the end. `weighed` is the relative standard error of its known weight.
+    #[pyo3(signature = (plan = "identify", *, weighed = 0.01))]
+    fn identify(&self, py: Python<'_>, plan: &str, weighed: f64) -> PyResult<Fit> {
+        let overrides = Overrides {
+            board: Some(self.in_force()?),
+            ..Overrides::default()
+        };
+        let scenario = Scenario::load(plan, &overrides).map_err(value_error)?;
+        let performed = self
+            .0
+            .call(py, |client| match perform(client, &scenario.plan) {
+                Ok(performed) => Ok(Ok(performed)),
+                Err(PerformError::Client(error)) => Err(error),
+                Err(PerformError::Setting(error)) => Ok(Err(error)),
+            })?;
+        let Performed { settings, records } = performed.map_err(value_error)?;
+        Fit::new(py, FitData::from_records(&settings, &records), weighed)
     }
 
     /// A stream of setpoints at this rate in Hz, for a `with` block; each is sent `lead` s before

@@ -9,6 +9,7 @@ use armbridge_sim::link::ClientError;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyTimeoutError, PyValueError};
 use pyo3::prelude::*;
+use serde::Serialize;
 
 create_exception!(
     armbridge,
@@ -59,6 +60,13 @@ create_exception!(
     "A log cannot be read or written."
 );
 
+create_exception!(
+    armbridge,
+    IdentifyError,
+    ArmbridgeError,
+    "The records do not identify the arm."
+);
+
 /// The exception of a call to a board.
 pub(crate) fn from_client(error: &ClientError) -> PyErr {
     let text = error.to_string();
@@ -80,4 +88,9 @@ pub(crate) fn value_error(error: impl Display) -> PyErr {
 /// The exception of a log.
 pub(crate) fn log_error(error: impl Display) -> PyErr {
     LogError::new_err(error.to_string())
+}
+
+/// A value of Rust as dictionaries, lists, numbers and strings.
+pub(crate) fn to_python(py: Python<'_>, value: &impl Serialize) -> PyResult<Py<PyAny>> {
+    Ok(pythonize::pythonize(py, value)?.unbind())
 }

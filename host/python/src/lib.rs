@@ -22,10 +22,14 @@
 #![expect(clippy::needless_pass_by_value, reason = "signatures of Python")]
 
 mod arguments;
+mod bench;
 mod block;
 mod board;
 mod connection;
+mod design;
 mod errors;
+mod identify;
+mod interrupt;
 mod log;
 mod model;
 mod motion;
@@ -39,14 +43,20 @@ use pyo3::prelude::*;
 #[pymodule(gil_used = false)]
 mod _native {
     #[pymodule_export]
+    use crate::bench::bench;
+    #[pymodule_export]
     use crate::block::Block;
     #[pymodule_export]
     use crate::board::{Armed, Board, connect};
     #[pymodule_export]
+    use crate::design::{Design, computed_torque, lqr, place};
+    #[pymodule_export]
     use crate::errors::{
-        ArmbridgeError, ClosedError, DroppedError, FaultError, LinkError, LogError, ObserverError,
-        RefusedError,
+        ArmbridgeError, ClosedError, DroppedError, FaultError, IdentifyError, LinkError, LogError,
+        ObserverError, RefusedError,
     };
+    #[pymodule_export]
+    use crate::identify::{Fit, identify};
     #[pymodule_export]
     use crate::log::{Log, Replay};
     #[pymodule_export]

@@ -1,6 +1,7 @@
 //! Parameters of the board as Python values: booleans, numbers, strings, and sequences of these.
 
 use armbridge_client::params;
+use armbridge_client::params::Parameter;
 use armbridge_link::message::Settings;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyTypeError;
@@ -12,14 +13,7 @@ use crate::errors::value_error;
 
 /// These settings with the parameters of a dictionary replaced.
 pub(crate) fn changed(before: &Settings, parameters: &Bound<'_, PyDict>) -> PyResult<Settings> {
-    let mut pairs = Vec::new();
-    for (key, value) in parameters {
-        let key: String = key
-            .extract()
-            .map_err(|_| PyTypeError::new_err("names of parameters are strings"))?;
-        let value = from_python(&value, &key)?;
-        pairs.push((key, value));
-    }
+    let pairs = pairs(parameters)?;
     let mut after = *before;
     let pairs = pairs.iter().map(|(key, value)| (key.as_str(), value));
     params::apply(&mut after, pairs).map_err(value_error)?;
@@ -27,11 +21,31 @@ pub(crate) fn changed(before: &Settings, parameters: &Bound<'_, PyDict>) -> PyRe
     Ok(after)
 }
 
+/// The parameters of a dictionary, not checked.
+pub(crate) fn pairs(parameters: &Bound<'_, PyDict>) -> PyResult<Vec<(String, Value)>> {
+    let pairs = parameters.iter().map(|(key, value)| {
+        let key: String = key
+            .extract()
+            .map_err(|_| PyTypeError::new_err("names of parameters are strings"))?;
+        let value = from_python(&value, &key)?;
+        Ok((key, value))
+    });
+    pairs.collect()
+}
+
 /// All parameters in force, by name.
 pub(crate) fn to_dict<'py>(py: Python<'py>, settings: &Settings) -> PyResult<Bound<'py, PyDict>> {
+    pairs_to_dict(py, &params::pairs(settings))
+}
+
+/// These parameters, by name.
+pub(crate) fn pairs_to_dict<'py>(
+    py: Python<'py>,
+    pairs: &[(&Parameter, Value)],
+) -> PyResult<Bound<'py, PyDict>> {
     let all = PyDict::new(py);
-    for (parameter, value) in params::pairs(settings) {
-        all.set_item(parameter.key, to_python(py, &value)?)?;
+    for (parameter, value) in pairs {
+        all.set_item(parameter.key, to_python(py, value)?)?;
     }
     Ok(all)
 }

@@ -33,7 +33,7 @@ mod step;
 mod tests;
 
 pub use margins::{Crossing, Disc, JointMargins, Margins};
-pub use place::{PlaceError, place};
+pub use place::{PlaceError, place, pole_pair};
 pub use poles::{Pole, Poles};
 pub use retune::{Redesign, retune};
 pub use step::StepError;

@@ -15,6 +15,16 @@ pub enum PlaceError {
     Uncontrollable(usize),
 }
 
+/// Sum and product of the poles of a joint, as real and imaginary parts in z. `None` unless both
+/// are inside the unit circle, and real or conjugate.
+#[expect(clippy::float_cmp, reason = "conjugates are given alike")]
+pub fn pole_pair([first, second]: [(f64, f64); 2]) -> Option<(f64, f64)> {
+    let (sum, product) = (first.0 + second.0, first.0 * second.0 - first.1 * second.1);
+    let is_pair = first.1 == -second.1 && (first.1 == 0.0 || first.0 == second.0);
+    let is_inside = [first, second].iter().all(|(re, im)| re.hypot(*im) < 1.0);
+    (is_pair && is_inside).then_some((sum, product))
+}
+
 /// Discrete model of each joint about upright: state and input matrix.
 pub(super) fn joints(setup: &Setup) -> [(Matrix2<f64>, Vector2<f64>); JOINTS] {
     let period_s = f64::from(setup.period_us) * 1e-6;

@@ -117,17 +117,10 @@ fn figure(text: &str) -> Result<PathBuf, String> {
 }
 
 /// Sum and product of each joint's two poles.
-#[expect(clippy::float_cmp, reason = "conjugates are typed alike")]
 fn poles(text: &str) -> Result<[(f64, f64); 2], String> {
-    let pair = |first: (f64, f64), second: (f64, f64)| {
-        let (sum, product) = (first.0 + second.0, first.0 * second.0 - first.1 * second.1);
-        let is_pair = first.1 == -second.1 && (first.1 == 0.0 || first.0 == second.0);
-        let is_inside = [first, second].iter().all(|(re, im)| re.hypot(*im) < 1.0);
-        (is_pair && is_inside).then_some((sum, product))
-    };
     let parsed = || {
         let [a, b, c, d]: [(f64, f64); 4] = params::complex_numbers(text)?.try_into().ok()?;
-        Some([pair(a, b)?, pair(c, d)?])
+        Some([design::pole_pair([a, b])?, design::pole_pair([c, d])?])
     };
     parsed().ok_or_else(|| {
         "expected four poles inside the unit circle, two for each joint, real or a conjugate \
