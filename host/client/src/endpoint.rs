@@ -1,6 +1,6 @@
 //! Byte streams by name: `tcp://HOST:PORT`.
 
-use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
 use std::str::FromStr;
 use std::time::Duration;
 use std::{fmt, io};
@@ -95,6 +95,9 @@ pub enum OpenError {
 }
 
 impl Endpoint {
+    /// Any free port of this machine, which others do not reach.
+    pub const ANY_LOCAL: Self = Self(SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0));
+
     /// Whether its port is 0, for any free one.
     pub fn is_any_port(&self) -> bool {
         self.0.port() == 0

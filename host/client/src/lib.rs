@@ -7,6 +7,7 @@
 //! | [`host`]         | the sans-io interface between a link and the code that uses it |
 //! | [`session`]      | requests in order, arming, the emergency stop, leaving     |
 //! | [`status`]       | latest message of each kind from a board                   |
+//! | [`status_summary`] | the same in names, sentences and numbers            |
 //! | [`event`]        | messages of a link, decoded from both directions' bytes    |
 //! | [`event_queue`]  | the same, passed to another thread                         |
 //! | [`telemetry`]    | records of the ticks, in blocks, for another thread        |
@@ -50,6 +51,7 @@ pub mod setpoint_stream;
 pub mod shell_text;
 pub mod simulation;
 pub mod status;
+pub mod status_summary;
 pub mod stdio;
 pub mod tap;
 pub mod tcp_pump;

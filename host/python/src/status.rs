@@ -3,8 +3,7 @@
 use std::fmt::Write as _;
 
 use armbridge_client::status::BoardStatus;
-use armbridge_client::{enum_names, fault_text};
-use armbridge_link::message::Mode;
+use armbridge_client::status_summary::StatusSummary;
 use pyo3::prelude::*;
 
 /// Status of a board: its mode, and what it reports of itself.
@@ -12,9 +11,9 @@ use pyo3::prelude::*;
 #[derive(Debug)]
 pub(crate) struct Status {
     /// Mode: `idle`, `armed`, `regulate`, `track`, `fault` and so on; None before the first tick.
-    mode: Option<String>,
+    mode: Option<&'static str>,
     /// Name of the fault, in mode `fault`.
-    fault: Option<String>,
+    fault: Option<&'static str>,
     /// Cause of the fault and what to do, in a sentence.
     cause: Option<String>,
     /// What the board lacks to be armed, in a sentence.
@@ -35,28 +34,18 @@ pub(crate) struct Status {
 
 impl From<&BoardStatus> for Status {
     fn from(status: &BoardStatus) -> Self {
-        let mode = status.mode();
-        let [first, second] = status.temperature;
-        let output = status.record.map(|record| record.output);
+        let summary = StatusSummary::from(status);
         Self {
-            mode: mode.map(|mode| match mode {
-                Mode::Fault(_) => "fault".to_owned(),
-                mode => enum_names::mode(mode).to_owned(),
-            }),
-            fault: mode
-                .and_then(enum_names::fault_of)
-                .map(|fault| fault.name().to_owned()),
-            cause: status
-                .trip
-                .as_ref()
-                .map(|trip| fault_text::in_words(trip).to_string()),
-            obstacle: status.obstacle.map(|obstacle| obstacle.to_string()),
-            is_armed: mode.is_some_and(Mode::is_armed),
-            servos: status.servos.map(|servos| servos.firmware.to_string()),
-            angle_rad: output.map(|output| output.angle_rad.into()),
-            speed_rad_s: output.map(|output| output.speed_rad_s.into()),
-            tick: status.record.map(|record| record.tick),
-            temperature: (first, second),
+            mode: summary.mode,
+            fault: summary.fault,
+            cause: summary.cause,
+            obstacle: summary.obstacle,
+            is_armed: summary.is_armed,
+            servos: summary.servos,
+            angle_rad: summary.angle_rad.map(Into::into),
+            speed_rad_s: summary.speed_rad_s.map(Into::into),
+            tick: summary.tick,
+            temperature: summary.temperature.into(),
         }
     }
 }
@@ -64,16 +53,16 @@ impl From<&BoardStatus> for Status {
 #[pymethods]
 impl Status {
     fn __repr__(&self) -> String {
-        let mode = self.mode.as_deref().unwrap_or("unknown");
+        let mode = self.mode.unwrap_or("unknown");
         // Writing to a string cannot fail.
         let mut text = format!("<Status mode={mode}");
         if let Some((first, second)) = self.angle_rad {
             let _ = write!(text, " angle_rad=({first:.3}, {second:.3})");
         }
         for (name, value) in [
-            ("fault", &self.fault),
-            ("cause", &self.cause),
-            ("obstacle", &self.obstacle),
+            ("fault", self.fault),
+            ("cause", self.cause.as_deref()),
+            ("obstacle", self.obstacle.as_deref()),
         ] {
             if let Some(value) = value {
                 let _ = write!(text, " {name}={value:?}");

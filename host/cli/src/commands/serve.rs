@@ -6,11 +6,13 @@ mod until_signal;
 use std::process::ExitCode;
 
 use armbridge::config::Config;
+use armbridge::json_server;
+use armbridge_client::endpoint::{Endpoint, Exposure};
 use armbridge_client::host::NoHost;
 use armbridge_client::transport::LinkUri;
 use armbridge_client::{ctrl_c, stdio};
 use armbridge_sim::Bench;
-use armbridge_sim::link::{Options, Pace, drive};
+use armbridge_sim::link::{BoardUri, Options, Pace, drive};
 use armbridge_sim::link_server::LinkServer;
 use clap::{Args, Subcommand};
 
@@ -23,7 +25,8 @@ pub(crate) const EXAMPLES: &str = "\
 Examples:
   armbridge serve board --listen tcp://127.0.0.1:7001
   armbridge serve board --link emulate: --listen pty:
-  armbridge serve board --transparent tcp://127.0.0.1:7002
+  armbridge serve board --json tcp://127.0.0.1:7002
+  armbridge serve board --transparent tcp://127.0.0.1:7003
   armbridge serve servos --listen tcp://127.0.0.1:7000
   armbridge scan --port tcp://127.0.0.1:7000
 
@@ -60,9 +63,13 @@ struct BoardArgs {
         long,
         value_name = FORMS,
         value_parser = listen_at,
-        required_unless_present = "transparent"
+        required_unless_present_any = ["transparent", "json"]
     )]
     listen: Option<LinkUri>,
+    /// Serve the board to programs in any language: one JSON object a line both ways. One
+    /// program commands, any number watch and each may stop, those of --listen included.
+    #[arg(long, value_name = "tcp://HOST:PORT")]
+    json: Option<Endpoint>,
     /// Serve the transparent port, which behaves like the vendor's USB adapter; its SDK needs
     /// `--firmware stock`. Without --listen, nothing else uses the bus.
     #[arg(long, value_name = FORMS, value_parser = listen_at)]
@@ -121,20 +128,41 @@ fn board(args: &BoardArgs) -> Result<(), Error> {
         options.board_log = |line| stdio::note(format_args!("board: {line}"));
     }
     options.client = transparent_port::open(args.transparent.as_ref(), args.expose.into())?;
-    match &args.listen {
+    // Programs that speak JSON reach the link as others do.
+    let inner = args
+        .json
+        .as_ref()
+        .map(|_| LinkUri::Tcp(Endpoint::ANY_LOCAL));
+    match args.listen.as_ref().or(inner.as_ref()) {
         Some(at) => {
             let (mut host, at) = LinkServer::offer(at, args.expose.into())?;
-            stdio::note(format_args!("control link on {at}; end with ctrl-c"));
+            if let Some(endpoint) = &args.json {
+                serve_json(endpoint, &at, args.expose.into())?;
+            }
+            if args.listen.is_some() {
+                stdio::note(format_args!("control link on {at}; end with ctrl-c"));
+            }
             if link.has_bench() {
                 options.interactions = host.interactions();
             }
-            if options.interactions.is_some() && !args.quiet {
+            if options.interactions.is_some() && args.listen.is_some() && !args.quiet {
                 stdio::note_text(touching(&at));
             }
             drive(&link, options, UntilSignal(host)).1?;
         }
         None => drive(&link, options, UntilSignal(NoHost)).1?,
     }
+    Ok(())
+}
+
+/// Serves the board at this link to programs that speak JSON.
+fn serve_json(endpoint: &Endpoint, link: &LinkUri, exposure: Exposure) -> Result<(), Error> {
+    if !matches!(link, LinkUri::Tcp(_)) {
+        return Err(format!("--json goes with --listen tcp://HOST:PORT, not with {link}").into());
+    }
+    let (listener, at) = endpoint.listen(exposure)?;
+    json_server::begin(listener, BoardUri::Link(link.clone()))?;
+    stdio::note(format_args!("JSON, a line each, on {at}; end with ctrl-c"));
     Ok(())
 }
 

@@ -29,13 +29,13 @@ const STOPPED: Mode = Mode::Fault(Fault::EmergencyStop(StopSource::Host));
 const STOP_US: u64 = 100_000;
 
 /// `armbridge serve`, ended with the test.
-struct Program {
+pub(crate) struct Program {
     child: Child,
-    at: String,
+    pub(crate) at: String,
 }
 
 impl Program {
-    fn serve(args: &[&str]) -> Self {
+    pub(crate) fn serve(args: &[&str]) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_armbridge"))
             .arg("serve")
             .args(args)
