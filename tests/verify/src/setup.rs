@@ -78,6 +78,30 @@ pub(crate) fn browser(out: &Output) -> Result<(), String> {
     ensure(out, "Chromium", "chromium --version", ["chromium"; 4])
 }
 
+/// The languages of the JSON server's clients: GNU Octave with sockets, Node, and a shell with nc.
+pub(crate) fn languages(out: &Output) -> Result<(), String> {
+    let octave = [
+        "octave octave-instrument-control",
+        "octave",
+        "octave",
+        "octave",
+    ];
+    ensure(
+        out,
+        "GNU Octave with its package instrument-control",
+        "octave-cli --no-gui --eval pkg('load','instrument-control')",
+        octave,
+    )?;
+    ensure(
+        out,
+        "Node",
+        "node --version",
+        ["nodejs", "nodejs", "nodejs", "node"],
+    )?;
+    let netcat = ["netcat-openbsd", "netcat", "openbsd-netcat", "netcat"];
+    ensure(out, "nc", "nc -h", netcat)
+}
+
 /// The C++ compiler that libFuzzer is built with: `CXX`, else `c++`.
 pub(crate) fn compiler(out: &Output) -> Result<(), String> {
     let compiler = std::env::var("CXX").unwrap_or_else(|_| "c++".to_owned());

@@ -128,11 +128,11 @@ pub(crate) const GATE: &[Step] = &[
         &["test --workspace --doc"],
     ),
     after(
-        &["python", "qemu", "browser", "build-images"],
+        &["python", "languages", "qemu", "browser", "build-images"],
         step(
             Lane::Host,
             "test",
-            "every test: crates, one process, program, emulator, Python packages, pages",
+            "every test: crates, one process, program, emulator, Python packages, clients, pages",
             Work::Do(host::tests),
         ),
     ),
@@ -156,6 +156,12 @@ pub(crate) const GATE: &[Step] = &[
         "browser",
         "the browser in which pages are checked is there",
         Work::Do(setup::browser),
+    ),
+    step(
+        Lane::Board,
+        "languages",
+        "Octave, Node and nc, which the JSON server's clients run in, are there",
+        Work::Do(setup::languages),
     ),
     step(
         Lane::Board,

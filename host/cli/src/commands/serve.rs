@@ -1,4 +1,4 @@
-//! `armbridge serve`: a simulated board, or virtual servos alone, for other programs.
+//! `armbridge serve`: a board, mostly a simulated one, or virtual servos alone, for other programs.
 
 mod servos;
 mod until_signal;
@@ -46,13 +46,14 @@ pub(crate) struct ServeArgs {
 
 #[derive(Debug, Subcommand)]
 enum Served {
-    /// Serve a simulated board: its control link, its transparent port, or both.
+    /// Serve a simulated board: its control link, its transparent port, or both; and any board
+    /// to programs that speak JSON.
     Board(Box<BoardArgs>),
     /// Serve virtual servos, as raw bytes of their bus.
     Servos(servos::ServosArgs),
 }
 
-/// A simulated board.
+/// A board.
 #[derive(Args, Debug)]
 struct BoardArgs {
     #[command(flatten)]
@@ -108,8 +109,8 @@ pub(crate) fn run(args: &ServeArgs) -> Outcome {
 
 fn board(args: &BoardArgs) -> Result<(), Error> {
     let link = Config::discover()?.link(args.link.link.as_ref())?;
-    if !link.is_simulated() {
-        return Err(format!("{link} is a board: only simulated ones are served").into());
+    if !link.is_simulated() && args.json.is_none() {
+        return Err(format!("{link} is a board: it is served by --json alone").into());
     }
     if let (Some(LinkUri::Tcp(listen)), Some(LinkUri::Tcp(port))) =
         (&args.listen, &args.transparent)
