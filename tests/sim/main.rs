@@ -35,6 +35,7 @@ mod supervisor;
 mod sweep;
 mod torque_off;
 mod transparent_port;
+mod wire;
 
 use std::path::PathBuf;
 

@@ -178,3 +178,37 @@ fn an_emulator_that_cannot_start_says_why() {
         "an empty run was left behind"
     );
 }
+
+/// Test vectors, and the arm of the emulated board, by a client that knows the book alone.
+#[cfg(target_os = "linux")]
+#[test]
+#[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
+fn a_client_of_the_wire_chapter_moves_the_emulated_arm() {
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../doc/clients/wire.py");
+    let lines = std::fs::read_to_string(script).unwrap().lines().count();
+    assert!(lines <= 150, "{lines} lines");
+    let python = |argument: &str| {
+        let mut command = Command::new("timeout");
+        let output = command
+            .args(["60", "python3", script, argument])
+            .output()
+            .unwrap();
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{text}{error}");
+        text
+    };
+    assert!(python("--check").ends_with("vectors\n"));
+    let link = ["--listen", ANY_PORT, "--link", "emulate:", "--quiet"];
+    let server = crate::listeners::Program::serve(&[&["board"][..], &link].concat());
+    let text = python(&server.at);
+    let angles: Vec<f64> = text.split(' ').filter_map(|it| it.parse().ok()).collect();
+    // The paper's controller leaves some rest error.
+    let [first, second] = angles[..] else {
+        panic!("{text}")
+    };
+    assert!(
+        (first - 0.2).abs() < 0.05 && (second + 0.1).abs() < 0.05,
+        "{text}"
+    );
+}

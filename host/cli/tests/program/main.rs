@@ -11,6 +11,7 @@ mod headlines;
 mod identification;
 mod inspect;
 mod interrupted;
+#[cfg(target_os = "linux")]
 mod json;
 mod links;
 #[cfg(target_os = "linux")]
