@@ -78,8 +78,7 @@ impl Types {
     fn variants(&mut self, variants: &[&'static NamedVariant]) -> Vec<Value> {
         let mut content = |variant: &Variant| match variant {
             Variant::UnitVariant => Value::Null,
-            Variant::NewtypeVariant(inner) => self.refer(inner),
-            Variant::TupleVariant([inner]) => self.refer(inner),
+            Variant::NewtypeVariant(inner) | Variant::TupleVariant([inner]) => self.refer(inner),
             Variant::TupleVariant(items) => json!({"tuple": self.all(items)}),
             Variant::StructVariant(fields) => json!({"struct": self.fields(fields)}),
         };
