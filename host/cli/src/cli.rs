@@ -8,8 +8,8 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use crate::args::{OutputArgs, TaskArgs};
 use crate::commands::{
     Outcome, arm, calibrate, clear, completions, config, design, diff, disarm, doctor, export,
-    fault_campaign, foxglove, hand, identify, info, man, paper, params, plants, plot, push, replay,
-    run, scan, serve, servo, setup, status, stop, sweep, teach, trials, watch,
+    fault_campaign, foxglove, hand, identify, info, man, merge, paper, params, plants, plot, push,
+    replay, run, scan, serve, servo, setup, status, stop, sweep, teach, trials, watch,
 };
 
 /// Deterministic control of a two-joint Dynamixel arm.
@@ -105,6 +105,9 @@ pub(crate) enum Command {
     /// Inject faults in simulation, and check the board's reaction.
     #[command(after_help = fault_campaign::EXAMPLES)]
     FaultCampaign(fault_campaign::FaultCampaignArgs),
+    /// Join parts of a fault campaign that ran apart.
+    #[command(after_help = merge::EXAMPLES)]
+    Merge(merge::MergeArgs),
     /// Recompute the paper's numbers and figures, with verdicts.
     #[command(after_help = paper::EXAMPLES)]
     Paper(OutputArgs),
@@ -156,6 +159,7 @@ impl Command {
             Self::Sweep(args) => sweep::run(args),
             Self::Plants(args) => plants::run(args),
             Self::FaultCampaign(args) => fault_campaign::run(args),
+            Self::Merge(args) => merge::run(args),
             Self::Paper(args) => paper::run(args),
             Self::Serve(args) => serve::run(args),
             Self::Push(args) => push::run(args),

@@ -13,5 +13,6 @@ thread of its own, which keeps the link alive while Python is busy; the arm is p
 disarmed, at the end of every `with` block, by an exception too.
 """
 
-from . import design as design
+from . import cluster as cluster, design as design
 from ._native import *
+from .cluster import campaign as campaign, sweep as sweep

@@ -13,6 +13,7 @@ __all__ = [
     "Armed",
     "Block",
     "Board",
+    "Campaign",
     "ClosedError",
     "Design",
     "DroppedError",
@@ -32,6 +33,7 @@ __all__ = [
     "Ticks",
     "Torque",
     "bench",
+    "campaign_part",
     "computed_torque",
     "connect",
     "identify",
@@ -97,6 +99,9 @@ def identify(*logs: str | PathLike[str], weighed: float = 0.01) -> Fit:
 
     Raises IdentifyError, with a diagnosis, if the logs do not identify it.
     """
+
+def campaign_part(seeds: Sequence[int], *, activity: str | None = None, park: bool = False) -> str:
+    """Runs the cases of these seeds, and returns them as JSON; a pure function of its arguments."""
 
 def lqr(
     q: Sequence[float] | NDArray[Any], r: _Pair, *, settings: Mapping[str, _Value] | None = None
@@ -498,3 +503,26 @@ class Fit:
     def uncertain(self) -> list[str]:
         """Reasons, a sentence each, for which the estimates are too uncertain to control an arm by;
         empty if they are certain enough."""
+
+@final
+class Campaign:
+    """A fault campaign."""
+
+    def __new__(cls, parts: Sequence[str]) -> Self:
+        """Joins parts, each as JSON of some seeds."""
+
+    def __len__(self) -> int: ...
+    @property
+    def holds(self) -> bool:
+        """Whether all requirements are met."""
+
+    @property
+    def report(self) -> dict[str, Any]:
+        """Results by kind of fault, activity and set-up, and the failures."""
+
+    @property
+    def cases(self) -> list[dict[str, Any]]:
+        """Cases in the order of their seeds, a dictionary each."""
+
+    def to_json(self) -> str:
+        """What `armbridge fault-campaign --json` prints of the same seeds, to the byte."""

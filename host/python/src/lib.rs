@@ -15,6 +15,11 @@
 //! | `settings`  | parameters of the board as Python values                         |
 //! | `status`    | the board's status                                               |
 //! | `model`     | equations of motion of the arm                                   |
+//! | `design`     | gains, poles and margins                                         |
+//! | `bench`      | scenarios on the simulated board                                 |
+//! | `campaign`   | fault campaigns                                                  |
+//! | `identify`   | arms identified from logs or on a board                          |
+//! | `interrupt`  | long computations that a signal interrupts                       |
 //!
 //! The interpreter's lock is released wherever a call waits or works for long.
 
@@ -25,6 +30,7 @@ mod arguments;
 mod bench;
 mod block;
 mod board;
+mod campaign;
 mod connection;
 mod design;
 mod errors;
@@ -48,6 +54,8 @@ mod _native {
     use crate::block::Block;
     #[pymodule_export]
     use crate::board::{Armed, Board, connect};
+    #[pymodule_export]
+    use crate::campaign::{Campaign, campaign_part};
     #[pymodule_export]
     use crate::design::{Design, computed_torque, lqr, place};
     #[pymodule_export]

@@ -37,6 +37,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
             "plants",
             "trials",
             "fault-campaign",
+            "merge",
             "paper",
         ],
     ),
@@ -108,8 +109,7 @@ fn write_help(out: &mut String, command: &Command) -> std::fmt::Result {
         "\nOptions:\n  \
          -h, --help      Print this, or after a command its options and examples\n  \
          -V, --version   Print the version\n\n\
-         Commands for a board take --link, such as serial:, tcp://HOST:PORT, sim: or\n\
-         emulate:; armbridge config shows the default.\n"
+         Commands for a board take --link; armbridge config shows the default.\n"
     )
 }
 

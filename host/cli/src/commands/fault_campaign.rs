@@ -9,17 +9,17 @@ use armbridge_analysis::progress::Progress;
 use armbridge_client::{ctrl_c, stdio};
 use armbridge_servo::Firmware;
 use armbridge_sim::fault_campaign;
-use armbridge_sim::fault_campaign::{Activity, Case, Kind, Report};
+use armbridge_sim::fault_campaign::{Activity, Campaign, Case, Kind};
 use clap::{Args, ValueEnum};
 
-use super::Outcome;
+use super::{Error, Outcome};
 use crate::args::values::seed;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
   armbridge fault-campaign
   armbridge fault-campaign --seeds 10000 --json
-  armbridge fault-campaign --seeds 10000..20000
+  armbridge fault-campaign --seeds 10000..20000 --json > part-2.json
   armbridge fault-campaign --seeds 5000 --kinds servo-reset,servo-deaf
   armbridge fault-campaign --seed 17
   armbridge fault-campaign --servos stock
@@ -65,7 +65,7 @@ pub(crate) struct FaultCampaignArgs {
     /// The arm has a pose to be parked in, drawn from the seed.
     #[arg(long)]
     pub(crate) park: bool,
-    /// Print one JSON object instead of the table.
+    /// Print one JSON object with every case instead of the table, also for `armbridge merge`.
     #[arg(long)]
     pub(crate) json: bool,
     /// No progress bar, no table.
@@ -117,23 +117,38 @@ pub(crate) fn run(args: &FaultCampaignArgs) -> Outcome {
         let (outcomes, seeds) = campaign(args);
         (outcomes, seeds, None)
     };
-    let report = Report::new(&outcomes);
-    let text = if args.json {
-        serde_json::to_string(&report)? + "\n"
-    } else if args.quiet {
-        String::new()
-    } else {
-        text.unwrap_or_else(|| fault_campaign::table(&report))
-    };
-    stdio::print(text)?;
     let done = outcomes.len();
+    let campaign = Campaign::new(outcomes)?;
+    print(&campaign, args.json, args.quiet, text)?;
     if done < seeds {
         stdio::note(format_args!(
             "armbridge: ended after {done} of {seeds} seeds"
         ));
         return Ok(ExitCode::from(ctrl_c::exit_code()));
     }
-    Ok(ExitCode::from(u8::from(!report.holds())))
+    Ok(verdict(&campaign))
+}
+
+/// Prints a campaign, or this text instead of its table.
+pub(super) fn print(
+    campaign: &Campaign,
+    json: bool,
+    quiet: bool,
+    text: Option<String>,
+) -> Result<(), Error> {
+    let text = if json {
+        campaign.to_json()?
+    } else if quiet {
+        String::new()
+    } else {
+        text.unwrap_or_else(|| fault_campaign::table(&campaign.report))
+    };
+    Ok(stdio::print(text)?)
+}
+
+/// Exit code of a campaign.
+pub(super) fn verdict(campaign: &Campaign) -> ExitCode {
+    ExitCode::from(u8::from(!campaign.report.holds()))
 }
 
 /// The case of a seed, changed as requested.

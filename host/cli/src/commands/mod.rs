@@ -16,6 +16,7 @@ pub(crate) mod hand;
 pub(crate) mod identify;
 pub(crate) mod info;
 pub(crate) mod man;
+pub(crate) mod merge;
 pub(crate) mod paper;
 pub(crate) mod params;
 pub(crate) mod plants;

@@ -46,8 +46,7 @@ pub(crate) struct ServeArgs {
 
 #[derive(Debug, Subcommand)]
 enum Served {
-    /// Serve a simulated board: its control link, its transparent port, or both; and any board
-    /// to programs that speak JSON.
+    /// Serve a simulated board's link and transparent port, and any board as JSON.
     Board(Box<BoardArgs>),
     /// Serve virtual servos, as raw bytes of their bus.
     Servos(servos::ServosArgs),

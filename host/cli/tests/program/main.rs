@@ -17,6 +17,7 @@ mod links;
 #[cfg(target_os = "linux")]
 mod listeners;
 mod live;
+mod merge;
 mod output;
 mod pages;
 mod program;

@@ -9,7 +9,7 @@ use armbridge_link::experiment::{Experiment, Role};
 use armbridge_link::message::Command;
 use armbridge_link::motion::{Motion, Via};
 use armbridge_servo::JOINTS;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Torque in N m that dry friction holds, near upright.
 const SMALL_NM: f32 = 0.01;
@@ -18,7 +18,7 @@ const SMALL_NM: f32 = 0.01;
 const PRESSING_NM: f32 = 0.2;
 
 /// Work of the board.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Activity {
     /// It holds the arm at an angle near upright, after a step there.

@@ -45,6 +45,7 @@
 //! | `oracle`, `truth` | run a case, check the requirements, and those on the true arm |
 //! | `off_report`, `supply`, `park` | judges of what the board reports, of its output for a relay, and of parks |
 //! | `trace`    | the case as text                                  |
+//! | [`Campaign`] | cases run apart, as one                         |
 //! | [`Report`] | a campaign in numbers                             |
 
 mod activity;
@@ -59,6 +60,7 @@ mod injection;
 mod invalid_commands;
 mod kind;
 mod lead;
+mod merge;
 mod off_report;
 mod oracle;
 mod outcome;
@@ -81,6 +83,7 @@ pub use case::Case;
 pub use expect::STOP_US;
 pub use injection::{Injection, Origin};
 pub use kind::{DamageKind, Kind, UnknownKind};
+pub use merge::{Campaign, MergeError};
 pub use outcome::Outcome;
 pub use report::{EXPECTED_SHARE_MIN, Failure, Report, Row};
 pub use run::{run, run_with_events, run_with_trace};

@@ -1,6 +1,6 @@
 //! Outcome of a case.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::activity::Activity;
 use super::case::Case;
@@ -9,7 +9,7 @@ use super::kind::Kind;
 use super::set_up::{Bus, SetUp};
 
 /// Outcome of a case.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct Outcome {
     /// Seed of the case.
     pub seed: u64,

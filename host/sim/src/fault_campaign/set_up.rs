@@ -10,12 +10,12 @@ use armbridge_link::message::{Controller, Gains, Setup};
 use armbridge_servo::master::Readiness;
 use armbridge_servo::master::timing::tick_us;
 use armbridge_servo::{Firmware, JOINTS};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::activity::Activity;
 
 /// Estimator and controller.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Control {
     /// The default: LQR with the paper's weights, and an observer.
@@ -31,7 +31,7 @@ pub enum Control {
 }
 
 /// Estimator and controller at a tick period.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct SetUp {
     /// Estimator and controller.
     pub control: Control,
@@ -70,7 +70,7 @@ const BUSES: [(Firmware, u32, usize); 8] = [
 ];
 
 /// Servos and the speed of their bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Bus {
     /// Firmware of the servos.
     pub servos: Firmware,
