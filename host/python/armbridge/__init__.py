@@ -16,3 +16,6 @@ disarmed, at the end of every `with` block, by an exception too.
 from . import cluster as cluster, design as design
 from ._native import *
 from .cluster import campaign as campaign, sweep as sweep
+
+# They are those of `design` and `cluster`.
+del computed_torque, lqr, place, campaign_part

@@ -20,7 +20,7 @@ use pyo3::types::{PyDict, PyTuple};
 use crate::arguments::{angles, pair, seconds};
 use crate::connection::Connection;
 use crate::errors::value_error;
-use crate::identify::Fit;
+use crate::identify::{Fit, WeightError};
 use crate::motion::Motion;
 use crate::periodic::{Stream, Torque};
 use crate::settings;
@@ -197,6 +197,7 @@ impl Board {
     /// parked or let go of at the end. `weighed` is the relative standard error of its known weight.
     #[pyo3(signature = (plan = "identify", *, weighed = 0.01))]
     fn identify(&self, py: Python<'_>, plan: &str, weighed: f64) -> PyResult<Fit> {
+        let weighed = WeightError::new(weighed)?;
         let overrides = Overrides {
             board: Some(self.in_force()?),
             ..Overrides::default()

@@ -14,15 +14,25 @@ use crate::{interrupt, settings};
 #[pyclass(frozen, module = "armbridge")]
 pub(crate) struct Fit(ArmFit);
 
-impl Fit {
-    /// Fits the arm to data; the known weight has this relative standard error.
-    pub(crate) fn new(py: Python<'_>, data: FitData, weighed: f64) -> PyResult<Self> {
-        if !(1e-4..=1.0).contains(&weighed) {
-            return Err(value_error(format!(
-                "expected a relative error from 0.0001 to 1 for `weighed`, got {weighed}"
-            )));
+/// Relative standard error of a known weight.
+#[derive(Clone, Copy)]
+pub(crate) struct WeightError(f64);
+
+impl WeightError {
+    pub(crate) fn new(weighed: f64) -> PyResult<Self> {
+        if (1e-4..=1.0).contains(&weighed) {
+            return Ok(Self(weighed));
         }
-        let fit = interrupt::run(py, || ArmFit::new(data, weighed))?;
+        Err(value_error(format!(
+            "expected a relative error from 0.0001 to 1 for `weighed`, got {weighed}"
+        )))
+    }
+}
+
+impl Fit {
+    /// Fits the arm to data.
+    pub(crate) fn new(py: Python<'_>, data: FitData, weighed: WeightError) -> PyResult<Self> {
+        let fit = interrupt::run(py, || ArmFit::new(data, weighed.0))?;
         fit.map(Self)
             .map_err(|diagnosis| IdentifyError::new_err(diagnosis.to_string()))
     }
@@ -82,6 +92,7 @@ impl Fit {
 #[pyfunction]
 #[pyo3(signature = (*logs, weighed = 0.01))]
 pub(crate) fn identify(py: Python<'_>, logs: Vec<PathBuf>, weighed: f64) -> PyResult<Fit> {
+    let weighed = WeightError::new(weighed)?;
     let found = logs
         .iter()
         .map(|log| log_path::find(Some(log), "".as_ref()));

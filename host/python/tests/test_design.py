@@ -153,3 +153,5 @@ def test_a_log_that_identifies_nothing_is_diagnosed(tmp_path: Path) -> None:
         ab.identify()
     with pytest.raises(ab.LogError):
         ab.identify(tmp_path / "none.mcap")
+    with pytest.raises(ValueError, match="weighed"):
+        ab.identify(log, weighed=0.0)

@@ -36,8 +36,8 @@ pub struct Performed {
     pub records: Vec<Record>,
 }
 
-/// Performs the steps of a plan, with its settings, after which the board has its own again. An
-/// arm that was not armed is armed for it, and parked or let go of at the end.
+/// Performs the steps of a plan, with its settings; after a change of its own the board has those
+/// that it had before again. An arm that was not armed is armed for it, and parked or let go of at the end.
 ///
 /// # Errors
 /// If the board refuses a command, or finds a fault; the arm is parked or let go of.
@@ -56,11 +56,13 @@ pub fn perform(client: &BoardClient, plan: &Plan) -> Result<Performed, PerformEr
         Ok(()) if was_armed => Ok(()),
         _ => client.park(),
     };
-    if matches!(plan.begin, InitialSettings::Changed(_)) {
-        client.set(&before, false)?;
-    }
+    let restored = match plan.begin {
+        InitialSettings::Changed(_) => client.set(&before, false),
+        InitialSettings::Fixed(_) => Ok(()),
+    };
     followed?;
     left?;
+    restored?;
     Ok(Performed { settings, records })
 }
 

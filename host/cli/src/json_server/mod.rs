@@ -32,7 +32,6 @@ mod request;
 use std::io;
 use std::net::TcpListener;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use armbridge_sim::link::BoardUri;
 
@@ -45,18 +44,18 @@ const CONNECTIONS_MAX: usize = 16;
 /// # Errors
 /// If the system has no thread left.
 pub fn begin(listener: TcpListener, link: BoardUri) -> io::Result<()> {
-    let count = Arc::new(AtomicUsize::new(0));
+    // Each connection has a share of it.
+    let shares = Arc::new(());
     let accept = move || {
         for stream in listener.incoming().flatten() {
-            let is_full = count.fetch_add(1, Ordering::Relaxed) >= CONNECTIONS_MAX;
-            let (link, count) = (link.clone(), Arc::clone(&count));
+            if Arc::strong_count(&shares) > CONNECTIONS_MAX {
+                connection::refuse(stream, "too many programs are connected");
+                continue;
+            }
+            let (link, share) = (link.clone(), Arc::clone(&shares));
             let serve = move || {
-                if is_full {
-                    connection::refuse(stream, "too many programs are connected");
-                } else {
-                    connection::serve(stream, &link);
-                }
-                count.fetch_sub(1, Ordering::Relaxed);
+                connection::serve(stream, &link);
+                drop(share);
             };
             // Without a thread the connection is closed.
             let _ = std::thread::Builder::new().name("json".into()).spawn(serve);
