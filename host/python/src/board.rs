@@ -227,17 +227,10 @@ impl Board {
     }
 
     /// Pushes a joint, 1 or 2, of a simulated arm: torque in N m for a duration in s.
-    fn push(&self, joint: u8, torque: f32, duration: f64) -> PyResult<()> {
-        let touch = Touch::Push {
-            joint: joint.wrapping_sub(1),
-            torque_nm: torque,
-            duration_us: seconds(duration)?.as_micros() as u32,
-        };
-        touch
-            .check()
-            .map_err(|refusal| value_error(format!("the arm cannot be pushed: {refusal:?}")))?;
-        self.0.client()?.thread().touch(touch);
-        Ok(())
+    fn push(&self, py: Python<'_>, joint: u8, torque: f32, duration: f64) -> PyResult<()> {
+        let duration = seconds(duration)?;
+        self.0
+            .call(py, |client| client.push(joint, torque, duration))
     }
 
     /// Brings a simulated arm back to where it began, and holds it there until a motor drives it.

@@ -75,6 +75,7 @@ pub(crate) fn from_client(error: &ClientError) -> PyErr {
         ClientError::Refused { .. } | ClientError::NotArmed(_) => RefusedError::new_err(text),
         ClientError::Fault(..) => FaultError::new_err(text),
         ClientError::Dropped | ClientError::Interrupted => DroppedError::new_err(text),
+        ClientError::Push => PyValueError::new_err(text),
         ClientError::Timeout { .. } => PyTimeoutError::new_err(text),
         ClientError::Observes(_) => ObserverError::new_err(text),
     }

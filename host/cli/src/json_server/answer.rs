@@ -39,6 +39,7 @@ impl From<ClientError> for Failure {
             ClientError::Refused { .. } | ClientError::NotArmed(_) => "refused",
             ClientError::Fault(..) => "fault",
             ClientError::Dropped => "dropped",
+            ClientError::Push => "request",
             ClientError::Timeout { .. } => "timeout",
             ClientError::Observes(_) => "observer",
         };

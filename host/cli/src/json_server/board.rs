@@ -107,7 +107,7 @@ impl Board {
                 joint,
                 torque_nm,
                 duration_s,
-            } => push(&client, joint, torque_nm, duration_s)?,
+            } => client.push(joint, torque_nm, seconds(duration_s)?)?,
             Request::Lift {} => client.thread().touch(Touch::Lift),
         }
         Ok(Fields::new())
@@ -187,19 +187,6 @@ fn finite(values: [f32; JOINTS]) -> Result<[f32; JOINTS], Failure> {
 fn seconds(value: f32) -> Result<Duration, Failure> {
     Duration::try_from_secs_f32(value)
         .map_err(|_| Failure::request(format!("expected a time in s, got {value}")))
-}
-
-fn push(client: &BoardClient, joint: u8, torque_nm: f32, duration_s: f32) -> Result<(), Failure> {
-    let touch = Touch::Push {
-        joint: joint.wrapping_sub(1),
-        torque_nm,
-        duration_us: seconds(duration_s)?.as_micros() as u32,
-    };
-    touch
-        .check()
-        .map_err(|refusal| Failure::request(format!("the arm cannot be pushed: {refusal:?}")))?;
-    client.thread().touch(touch);
-    Ok(())
 }
 
 /// These settings with parameters replaced. A JSON value is written as one of TOML.

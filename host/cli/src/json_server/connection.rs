@@ -81,7 +81,7 @@ pub(super) fn serve(stream: TcpStream, link: &BoardUri) {
         is_gone.store(true, Ordering::Relaxed);
         drop(requests);
     });
-    // The arm is parked or let go of; nobody is left who could be told.
+    // The arm is parked or let go of; the program that would read of an error is gone.
     let _ = client.close();
 }
 

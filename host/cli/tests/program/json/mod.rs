@@ -188,11 +188,12 @@ fn wrong_requests_are_answered_and_change_nothing() {
         "request",
         "no column `angel_rad`",
     );
-    client.fails(
-        &json!({"do": "push", "joint": 3, "torque_nm": 0.1, "duration_s": 0.1}),
-        "request",
-        "pushed",
-    );
+    // 4294.97 s are 2^32 µs and a few.
+    for (joint, duration_s) in [(3, 0.1), (0, 0.1), (1, 4_295.0)] {
+        let push =
+            json!({"do": "push", "joint": joint, "torque_nm": 0.1, "duration_s": duration_s});
+        client.fails(&push, "request", "at most 6 N m and 60 s");
+    }
     for text in [
         "{\"do\":\"arm\"\n",
         "\u{0}\u{1}\n",
@@ -268,7 +269,7 @@ fn a_program_that_does_not_read_is_disconnected_and_the_arm_let_go_of() {
     client.hold();
     let request = format!("{}\n", json!({"do": "take", "ticks": 1})).repeat(1_000);
     let begun = Instant::now();
-    // A million lines of answers that nobody reads.
+    // A million lines of answers that are not read.
     let stream = client.lines.get_mut();
     stream.set_write_timeout(Some(WAIT)).unwrap();
     let lines = (0..1_000).take_while(|_| stream.write_all(request.as_bytes()).is_ok());

@@ -6,7 +6,7 @@ use armbridge_client::session::{Request, RequestError, SessionEnded};
 use armbridge_client::status::Obstacle;
 use armbridge_client::{enum_names, fault_text, refusal_text};
 use armbridge_link::message::{Command, Fault, Refusal, Trip};
-use armbridge_link::server::LinkRole;
+use armbridge_link::server::{LinkRole, Touch};
 
 use crate::link::LinkThreadError;
 
@@ -49,6 +49,13 @@ pub enum ClientError {
     /// Another program commands the board; this one observes.
     #[error("{}", observes(*.0))]
     Observes(LinkRole),
+    /// A push is none.
+    #[error(
+        "the arm cannot be pushed like that: joint 1 or 2, at most {} N m and {} s",
+        Touch::TORQUE_MAX_NM,
+        Touch::DURATION_MAX_US / 1_000_000
+    )]
+    Push,
     /// The caller is interrupted.
     #[error("interrupted")]
     Interrupted,

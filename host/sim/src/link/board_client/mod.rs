@@ -34,6 +34,7 @@ use armbridge_client::session::{
 use armbridge_client::status::BoardStatus;
 use armbridge_client::telemetry::Telemetry;
 use armbridge_link::message::{Command, Drive, Mode, Record, Refusal, Settings};
+use armbridge_link::server::Touch;
 use armbridge_servo::JOINTS;
 
 use super::{BoardUri, LinkThread, Options};
@@ -240,6 +241,21 @@ impl BoardClient {
         cleared?;
         let is_idle = |status: &BoardStatus| status.mode() == Some(Mode::Idle);
         self.wait(SERVOS, "the servos were not found", is_idle)
+    }
+
+    /// Pushes a joint of a simulated arm, counting from 1, with this torque in N m.
+    ///
+    /// # Errors
+    /// If there is no such joint, or more than a push may have.
+    pub fn push(&self, joint: u8, torque_nm: f32, duration: Duration) -> Result<(), ClientError> {
+        let push = Touch::Push {
+            joint: joint.wrapping_sub(1),
+            torque_nm,
+            duration_us: u32::try_from(duration.as_micros()).unwrap_or(u32::MAX),
+        };
+        push.check().map_err(|_| ClientError::Push)?;
+        self.thread.touch(push);
+        Ok(())
     }
 
     /// Waits until the status meets a condition; after the timeout, `what` is the error.
