@@ -5,7 +5,7 @@ use armbridge_client::{params, refusal_text};
 use armbridge_link::message::{Controller, Gains, Settings};
 use numpy::{Complex64, PyArray1, PyArray2};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::PyDict;
 
 use crate::errors::{to_python, value_error};
 use crate::settings;
@@ -101,10 +101,7 @@ fn of_kind(
     let chosen = PyDict::new(py);
     chosen.set_item("controller.kind", kind)?;
     for (name, value) in parameters {
-        chosen.set_item(
-            name,
-            PyList::new(py, value.try_iter()?.collect::<PyResult<Vec<_>>>()?)?,
-        )?;
+        chosen.set_item(name, value)?;
     }
     Design::new(&settings::changed(&base(given)?, &chosen)?)
 }

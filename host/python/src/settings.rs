@@ -14,11 +14,8 @@ use crate::errors::value_error;
 /// These settings with the parameters of a dictionary replaced.
 pub(crate) fn changed(before: &Settings, parameters: &Bound<'_, PyDict>) -> PyResult<Settings> {
     let pairs = pairs(parameters)?;
-    let mut after = *before;
     let pairs = pairs.iter().map(|(key, value)| (key.as_str(), value));
-    params::apply(&mut after, pairs).map_err(value_error)?;
-    params::check(&after).map_err(value_error)?;
-    Ok(after)
+    params::replaced(before, pairs).map_err(value_error)
 }
 
 /// The parameters of a dictionary, not checked.

@@ -76,7 +76,7 @@ def test_poles_that_there_are_not(poles: Any, error: type[Exception]) -> None:
         ab.design.place(poles)
 
 
-@pytest.mark.parametrize("q", [[1, 1, 1], [1, 1, 1, float("nan")], "abcd"])
+@pytest.mark.parametrize("q", [[1, 1, 1], [1, 1, 1, float("nan")], "abcd", 5])
 def test_weights_that_there_are_not(q: Any) -> None:
     with pytest.raises(ValueError, match="controller.q"):
         ab.design.lqr(q, [1, 1])

@@ -172,10 +172,10 @@ pub(crate) fn run(args: &DesignArgs) -> Outcome {
         };
         let names = designed(&settings);
         return apply(&options, |before| {
-            let mut after = *before;
-            params::apply(&mut after, names.iter().map(|(p, value)| (p.key, value)))?;
-            params::check(&after)?;
-            Ok(after)
+            let pairs = names
+                .iter()
+                .map(|(parameter, value)| (parameter.key, value));
+            Ok(params::replaced(before, pairs)?)
         });
     }
     Ok(ExitCode::SUCCESS)

@@ -111,12 +111,8 @@ fn wanted(
         params::apply(&mut after, entries)
             .map_err(|error| file.wrong_key(error.key(), error.to_string()))?;
     }
-    params::apply(
-        &mut after,
-        pairs.iter().map(|(key, value)| (key.as_str(), value)),
-    )?;
-    params::check(&after)?;
-    Ok(after)
+    let pairs = pairs.iter().map(|(key, value)| (key.as_str(), value));
+    Ok(params::replaced(&after, pairs)?)
 }
 
 fn show(args: &ParamsArgs) -> Outcome {

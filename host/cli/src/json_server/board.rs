@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use armbridge_client::experiment_text;
 use armbridge_client::params;
+use armbridge_client::params::ReplaceError;
 use armbridge_client::setpoint_stream::SetpointStream;
 use armbridge_client::status_summary::StatusSummary;
 use armbridge_link::message::{Command, Record, Settings};
@@ -93,7 +94,8 @@ impl Board {
                 ]));
             }
             Request::Set { parameters, save } => {
-                let after = changed(&self.in_force(), &parameters).map_err(Failure::request)?;
+                let after = changed(&self.in_force(), &parameters)
+                    .map_err(|error| Failure::request(error.to_string()))?;
                 client.set(&after, save)?;
             }
             Request::Get {} => return Ok(parameters(&self.in_force())),
@@ -119,8 +121,11 @@ impl Board {
 
     fn status(&self) -> Fields {
         let summary = StatusSummary::from(&self.client.status());
-        let value = serde_json::to_value(summary).unwrap_or_default();
-        let mut fields = value.as_object().cloned().unwrap_or_default();
+        let mut fields = match serde_json::to_value(summary) {
+            Ok(Value::Object(fields)) => fields,
+            // A structure is an object.
+            _ => Fields::new(),
+        };
         fields.insert("lost".into(), self.client.telemetry().lost().into());
         fields
     }
@@ -190,16 +195,11 @@ fn seconds(value: f32) -> Result<Duration, Failure> {
 }
 
 /// These settings with parameters replaced. A JSON value is written as one of TOML.
-fn changed(before: &Settings, parameters: &Map<String, Value>) -> Result<Settings, String> {
-    let pairs: Vec<(&str, toml::Value)> = parameters
-        .iter()
-        .map(|(key, value)| (key.as_str(), params::of_text(&value.to_string())))
-        .collect();
-    let mut after = *before;
-    params::apply(&mut after, pairs.iter().map(|(key, value)| (*key, value)))
-        .map_err(|error| error.to_string())?;
-    params::check(&after).map_err(|error| error.to_string())?;
-    Ok(after)
+fn changed(before: &Settings, parameters: &Map<String, Value>) -> Result<Settings, ReplaceError> {
+    let value = |value: &Value| params::of_text(&value.to_string());
+    let pairs = parameters.iter().map(|(key, it)| (key.as_str(), value(it)));
+    let pairs: Vec<_> = pairs.collect();
+    params::replaced(before, pairs.iter().map(|(key, value)| (*key, value)))
 }
 
 fn parameters(settings: &Settings) -> Fields {

@@ -3,6 +3,9 @@
 use armbridge_board::bridge::settings_refusal;
 use armbridge_link::message::{Refusal, Settings};
 
+use toml::Value;
+
+use super::{ParameterError, apply};
 use crate::refusal_text;
 
 /// Reason for which no board runs with these settings.
@@ -38,6 +41,31 @@ pub enum InvalidSettings {
     /// The board itself would refuse them.
     #[error("the board would refuse these settings: {}", refusal_text::in_words(*.0))]
     Refused(Refusal),
+}
+
+/// Reason for which parameters cannot be replaced.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ReplaceError {
+    /// A parameter that there is not, or that rejects its value.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// The settings as a whole.
+    #[error(transparent)]
+    Settings(#[from] InvalidSettings),
+}
+
+/// These settings with several parameters replaced, as [`apply`] does, if a board runs with them.
+///
+/// # Errors
+/// If a parameter is not permitted, or the settings are not.
+pub fn replaced<'a>(
+    before: &Settings,
+    pairs: impl IntoIterator<Item = (&'a str, &'a Value)>,
+) -> Result<Settings, ReplaceError> {
+    let mut after = *before;
+    apply(&mut after, pairs)?;
+    check(&after)?;
+    Ok(after)
 }
 
 /// Checks whether a board runs with these settings, by the board's own code.

@@ -29,7 +29,7 @@ mod tables;
 mod tests;
 mod text;
 
-pub use check::{InvalidSettings, check};
+pub use check::{InvalidSettings, ReplaceError, check, replaced};
 pub use constraint::{Range, Shape, Takes};
 pub use poles::{JointPoles, complex_numbers, joint_poles};
 pub use text::{NotAPair, of_text, pair, to_text};
