@@ -3,9 +3,8 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use armbridge_client::setpoint_stream::SetpointStream;
-use armbridge_link::message::{Command, Record};
-use armbridge_sim::link::{BoardClient, CommandSender};
+use armbridge_link::message::Command;
+use armbridge_sim::link::{BoardClient, CommandSender, SetpointSender};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -28,28 +27,6 @@ pub(crate) fn period(rate: f64) -> PyResult<Duration> {
         "expected a rate above 0 and at most {RATE_MAX_HZ} Hz, got {rate}; a motion that the board \
          computes itself needs no rate"
     )))
-}
-
-/// A sender of commands that does not wait for their answers.
-struct Sender {
-    connection: Arc<Connection>,
-    commands: Mutex<CommandSender>,
-}
-
-impl Sender {
-    fn new(connection: Arc<Connection>) -> Self {
-        Self {
-            connection,
-            commands: Mutex::default(),
-        }
-    }
-
-    /// Sends a command. Returns whether the one before came too late for the board.
-    fn send(&self, command: Command) -> PyResult<bool> {
-        let client = self.connection.client()?;
-        let sent = lock(&self.commands).send(&client, command);
-        sent.map_err(|error| from_client(&error))
-    }
 }
 
 /// A deadline that has been reached.
@@ -115,23 +92,21 @@ impl Ticks {
 /// A stream of setpoints, which the board interpolates.
 #[pyclass(frozen, module = "armbridge")]
 pub(crate) struct Stream {
-    sender: Sender,
+    connection: Arc<Connection>,
     period: Duration,
-    lead: Duration,
+    setpoints: Mutex<SetpointSender>,
     late: Mutex<u64>,
     latest: Latest,
-    begun: Mutex<Option<(Instant, SetpointStream)>>,
 }
 
 impl Stream {
     pub(crate) fn new(connection: Arc<Connection>, rate: f64, lead: f64) -> PyResult<Self> {
         Ok(Self {
-            sender: Sender::new(connection),
+            connection,
             period: period(rate)?,
-            lead: seconds(lead)?,
+            setpoints: Mutex::new(SetpointSender::new(seconds(lead)?)),
             late: Mutex::new(0),
             latest: Arc::default(),
-            begun: Mutex::default(),
         })
     }
 }
@@ -152,19 +127,10 @@ impl Stream {
         let speed_rad_s = dq
             .map(|dq| single_pair(dq, "speeds in rad/s"))
             .transpose()?;
-        let client = self.sender.connection.client()?;
-        let due_us = client.telemetry().board_us(Instant::now() + self.lead);
+        let client = self.connection.client()?;
         let deadline = lock(&self.latest).take().unwrap_or_else(Instant::now);
-        let command = {
-            let mut begun = lock(&self.begun);
-            let (since, stream) = begun.get_or_insert_with(|| {
-                let record = client.status().record.unwrap_or(Record::NONE);
-                (deadline, SetpointStream::new(&record, due_us))
-            });
-            let t_s = deadline.duration_since(*since).as_secs_f64();
-            stream.command(t_s, due_us, angle_rad, speed_rad_s)
-        };
-        if self.sender.send(command)? {
+        let sent = lock(&self.setpoints).send(&client, deadline, angle_rad, speed_rad_s);
+        if sent.map_err(|error| from_client(&error))? {
             *lock(&self.late) += 1;
         }
         Ok(())
@@ -189,15 +155,17 @@ impl Stream {
 /// Torques of a controller in Python.
 #[pyclass(frozen, module = "armbridge")]
 pub(crate) struct Torque {
-    sender: Sender,
+    connection: Arc<Connection>,
     period: Duration,
+    commands: Mutex<CommandSender>,
 }
 
 impl Torque {
     pub(crate) fn new(connection: Arc<Connection>, rate: f64) -> PyResult<Self> {
         Ok(Self {
-            sender: Sender::new(connection),
+            connection,
             period: period(rate)?,
+            commands: Mutex::default(),
         })
     }
 }
@@ -213,7 +181,9 @@ impl Torque {
     /// `limits.torque_age_ms`: then torque is off.
     fn send(&self, torque: &Bound<'_, PyAny>) -> PyResult<()> {
         let torque_nm = single_pair(torque, "torques in N m")?;
-        self.sender.send(Command::Torque(torque_nm)).map(|_| ())
+        let client = self.connection.client()?;
+        let sent = lock(&self.commands).send(&client, Command::Torque(torque_nm));
+        sent.map(|_| ()).map_err(|error| from_client(&error))
     }
 
     fn __enter__(slf: Py<Self>) -> Py<Self> {
@@ -223,6 +193,6 @@ impl Torque {
     /// Ends the torque: the board holds the arm where it is, or disarms if it cannot.
     #[pyo3(signature = (*_error))]
     fn __exit__(&self, py: Python<'_>, _error: &Bound<'_, PyTuple>) -> PyResult<()> {
-        self.sender.connection.call(py, BoardClient::hold)
+        self.connection.call(py, BoardClient::hold)
     }
 }

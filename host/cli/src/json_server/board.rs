@@ -6,12 +6,11 @@ use std::time::{Duration, Instant};
 use armbridge_client::experiment_text;
 use armbridge_client::params;
 use armbridge_client::params::ReplaceError;
-use armbridge_client::setpoint_stream::SetpointStream;
 use armbridge_client::status_summary::StatusSummary;
-use armbridge_link::message::{Command, Record, Settings};
+use armbridge_link::message::{Command, Settings};
 use armbridge_link::server::Touch;
 use armbridge_servo::JOINTS;
-use armbridge_sim::link::{BoardClient, CommandSender};
+use armbridge_sim::link::{BoardClient, SetpointSender};
 use serde_json::{Map, Value, json};
 
 use super::answer::{Failure, Fields};
@@ -28,17 +27,17 @@ const TICKS: Duration = Duration::from_secs(5);
 /// A board, and a stream of setpoints to it.
 pub(super) struct Board {
     client: Arc<BoardClient>,
-    commands: CommandSender,
-    /// Begun when, and the time of its first setpoint.
-    stream: Option<(Instant, f64, SetpointStream)>,
+    setpoints: SetpointSender,
+    /// Time of a stream's first setpoint in s, by the program's clock.
+    first_s: Option<f64>,
 }
 
 impl Board {
     pub(super) fn new(client: Arc<BoardClient>) -> Self {
         Self {
             client,
-            commands: CommandSender::default(),
-            stream: None,
+            setpoints: SetpointSender::new(LEAD),
+            first_s: None,
         }
     }
 
@@ -49,7 +48,8 @@ impl Board {
             request,
             Request::Stream { .. } | Request::Status {} | Request::Take { .. }
         ) {
-            self.stream = None;
+            self.setpoints.end();
+            self.first_s = None;
         }
         match request {
             // By the way in which the link was opened.
@@ -159,24 +159,16 @@ impl Board {
         angle_rad: [f32; JOINTS],
         speed_rad_s: Option<[f32; JOINTS]>,
     ) -> Result<Fields, Failure> {
-        let now = Instant::now();
-        let due_us = self.client.telemetry().board_us(now + LEAD);
-        let (begun, first_s, stream) = self.stream.get_or_insert_with(|| {
-            let record = self.client.status().record.unwrap_or(Record::NONE);
-            (
-                now,
-                t_s.unwrap_or(0.0),
-                SetpointStream::new(&record, due_us),
-            )
-        });
-        let arrived_s = now.duration_since(*begun).as_secs_f64();
-        let at_s = t_s.map_or(arrived_s, |t_s| t_s - *first_s);
-        if !at_s.is_finite() || at_s < 0.0 {
-            return Err(Failure::request("times of a stream do not go back"));
-        }
+        let first_s = *self.first_s.get_or_insert(t_s.unwrap_or(0.0));
+        let since = t_s.map(|t_s| Duration::try_from_secs_f64(t_s - first_s));
+        let deadline = match since {
+            Some(Ok(since)) => self.setpoints.deadline(since),
+            Some(Err(_)) => return Err(Failure::request("times of a stream do not go back")),
+            None => Instant::now(),
+        };
         let speed_rad_s = speed_rad_s.map(finite).transpose()?;
-        let command = stream.command(at_s, due_us, angle_rad, speed_rad_s);
-        let is_late = self.commands.send(&self.client, command)?;
+        let setpoints = &mut self.setpoints;
+        let is_late = setpoints.send(&self.client, deadline, angle_rad, speed_rad_s)?;
         Ok(Map::from_iter([("late".into(), is_late.into())]))
     }
 }

@@ -18,7 +18,7 @@ mod link_thread;
 mod uri;
 mod virtual_board;
 
-pub use board_client::{ActiveMotion, BoardClient, ClientError, CommandSender};
+pub use board_client::{ActiveMotion, BoardClient, ClientError, CommandSender, SetpointSender};
 pub use link_thread::{LinkThread, LinkThreadError};
 pub use uri::{BoardUri, BoardUriError, CHOICES, EmulatorUri, ExternalBus};
 pub use virtual_board::run as drive_board;

@@ -20,10 +20,12 @@ mod command_sender;
 mod error;
 mod experiment;
 mod motion;
+mod setpoint_sender;
 
 pub use command_sender::CommandSender;
 pub use error::ClientError;
 pub use motion::ActiveMotion;
+pub use setpoint_sender::SetpointSender;
 
 use std::time::{Duration, Instant};
 
