@@ -1,4 +1,4 @@
-//! `armbridge serve`: a board, mostly a simulated one, or virtual servos alone, for other programs.
+//! `armbridge serve`: a board, or virtual servos alone, for other programs.
 
 mod servos;
 mod until_signal;
