@@ -107,8 +107,8 @@ impl PortClient for Box<dyn PortClient> {
 }
 
 /// No client.
-#[derive(Debug)]
-struct NoPortClient;
+#[derive(Clone, Copy, Debug)]
+pub struct NoPortClient;
 
 impl PortClient for NoPortClient {
     fn line(&self) -> ClientLine {
@@ -137,14 +137,14 @@ pub enum CosimError<B, H> {
 
 /// Board, bench and host, and their time.
 #[derive(Debug)]
-pub struct Cosim<B, H> {
+pub struct Cosim<B, H, C = NoPortClient> {
     /// The board.
     pub board: B,
     /// Servos and arm.
     pub bench: Bench,
     /// The host at the other end of the link.
     pub host: H,
-    client: Box<dyn PortClient>,
+    client: C,
     interactions: Option<Receiver<Interaction>>,
     /// State of the emergency stop switch.
     pub is_stop_pressed: bool,
@@ -161,7 +161,7 @@ impl<B: Board, H: Host> Cosim<B, H> {
             board,
             bench,
             host,
-            client: Box::new(NoPortClient),
+            client: NoPortClient,
             interactions: None,
             is_stop_pressed: false,
             now_us: 0,
@@ -173,13 +173,23 @@ impl<B: Board, H: Host> Cosim<B, H> {
 
     /// The same, with a client at the transparent port.
     #[must_use]
-    pub fn with_client(self, client: impl PortClient + 'static) -> Self {
-        Self {
-            client: Box::new(client),
-            ..self
+    pub fn with_client<C: PortClient>(self, client: C) -> Cosim<B, H, C> {
+        Cosim {
+            client,
+            board: self.board,
+            bench: self.bench,
+            host: self.host,
+            interactions: self.interactions,
+            is_stop_pressed: self.is_stop_pressed,
+            now_us: self.now_us,
+            wake: self.wake,
+            received: self.received,
+            output: self.output,
         }
     }
+}
 
+impl<B: Board, H: Host, C: PortClient> Cosim<B, H, C> {
     /// The same, with interactions, each executed at once.
     #[must_use]
     pub fn with_interactions(self, interactions: Receiver<Interaction>) -> Self {

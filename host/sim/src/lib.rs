@@ -18,6 +18,7 @@
 //! | [`link_server`]          | a simulated board's link, for another program |
 //! | [`raw_bus_server`]       | the virtual servos alone, for another program |
 //! | [`usb2dynamixel_server`] | a simulated board's transparent port, for another program |
+//! | [`environment`]        | environments for learned controllers |
 //! | `pacer`                  | keeps virtual time from running ahead of the wall clock |
 //! | [`fault_campaign`]       | thousands of runs with injected faults |
 //!
@@ -30,6 +31,7 @@ pub mod cosim;
 mod drivetrain;
 #[cfg(unix)]
 pub mod emulator;
+pub mod environment;
 pub mod fault_campaign;
 pub mod faults;
 pub mod half_duplex_bus;

@@ -23,6 +23,7 @@ mod config;
 mod draw;
 mod file;
 mod hand;
+pub mod robot_description;
 
 pub use armbridge_client::simulation::{Grip, Lead, LeadPoint, Push};
 pub use body::{Body, Friction, Impact};
@@ -136,6 +137,16 @@ impl Plant {
             due: VecDeque::new(),
             // One stream per encoder: reading one does not change the other.
             noise: core::array::from_fn(|servo| Pcg32::new(seed, servo as u64)),
+        }
+    }
+
+    /// The same with another step of the integration in ns, at least 1, instead of
+    /// [`body::STEP_NS`].
+    #[must_use]
+    pub fn with_step(self, step_ns: u64) -> Self {
+        Self {
+            body: self.body.with_step(step_ns.max(1)),
+            ..self
         }
     }
 

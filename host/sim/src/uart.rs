@@ -6,10 +6,9 @@
 //! bytes out. A byte takes ten bits to send; `flush` is done after the last stop
 //! bit. Writes never block: the buffer is unbounded.
 
-use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::convert::Infallible;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use armbridge_servo::port::{BAUD_RATES, SetBaud, byte_ns};
 use embedded_hal::digital::{self, OutputPin};
@@ -44,36 +43,40 @@ impl State {
 
 /// A handle on the port.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Uart(Rc<RefCell<State>>);
+pub(crate) struct Uart(Arc<Mutex<State>>);
 
 impl Uart {
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Sets the time, and adds received bytes.
     pub(crate) fn deliver(&self, now_us: u64, bytes: &[u8]) {
-        let mut state = self.0.borrow_mut();
+        let mut state = self.state();
         state.now_us = now_us;
         state.received.extend(bytes);
     }
 
     /// Takes the bytes written since the last call.
     pub(crate) fn take_sent(&self, into: &mut Vec<u8>) {
-        into.append(&mut self.0.borrow_mut().sent);
+        into.append(&mut self.state().sent);
     }
 
     /// End of the present transmission, if there is one.
     pub(crate) fn transmit_complete_us(&self) -> Option<u64> {
-        let state = self.0.borrow();
+        let state = self.state();
         (state.sent_until_us() > state.now_us).then_some(state.sent_until_us())
     }
 
     /// Bits per second at which it sends and receives.
     pub(crate) fn baud(&self) -> u32 {
-        self.0.borrow().baud
+        self.state().baud
     }
 }
 
 impl SetBaud for Uart {
     fn set_baud(&mut self, baud: u32) {
-        self.0.borrow_mut().baud = baud.max(1);
+        self.state().baud = baud.max(1);
     }
 }
 
@@ -83,8 +86,7 @@ impl serial::ErrorType for Uart {
 
 impl serial::Read<u8> for Uart {
     fn read(&mut self) -> nb::Result<u8, Infallible> {
-        self.0
-            .borrow_mut()
+        self.state()
             .received
             .pop_front()
             .ok_or(nb::Error::WouldBlock)
@@ -93,7 +95,7 @@ impl serial::Read<u8> for Uart {
 
 impl serial::Write<u8> for Uart {
     fn write(&mut self, byte: u8) -> nb::Result<(), Infallible> {
-        let mut state = self.0.borrow_mut();
+        let mut state = self.state();
         state.sent.push(byte);
         let byte_ns = u64::from(byte_ns(state.baud));
         state.sent_until_ns = state.sent_until_ns.max(state.now_us * 1_000) + byte_ns;

@@ -131,7 +131,7 @@ pub fn with_rig<T>(world: World, bench: Bench, test: impl FnOnce(&mut Rig<'_>) -
 /// A run under way.
 pub struct Rig<'a> {
     /// The board, the bench and the host.
-    pub cosim: Cosim<AnyBoard<'a>, RawHost>,
+    pub cosim: Cosim<AnyBoard<'a>, RawHost, ClientHandle>,
     /// The client of the transparent port.
     pub client: ClientHandle,
     /// Messages of the board already compared with the motors.

@@ -5,7 +5,7 @@ use armbridge_board::bridge::Channels;
 use armbridge_link::message::{Mode, PortCounters, Record, Setup};
 use armbridge_servo::Firmware;
 use armbridge_sim::board::{Board, VirtualBoard};
-use armbridge_sim::cosim::Cosim;
+use armbridge_sim::cosim::{Cosim, NoPortClient, PortClient};
 use armbridge_sim::emulator::{EmulatedBoard, Image, Qemu, QemuOptions, Time};
 
 use super::bench;
@@ -40,10 +40,11 @@ where
         ..Setup::default()
     };
     let script = Script::upright(setup, DURATION_US);
-    let mut cosim = Cosim::new(board, bench, PlanRunner::new(script));
-    if let Some(client) = client {
-        cosim = cosim.with_client(client);
-    }
+    let client: Box<dyn PortClient> = match client {
+        Some(client) => Box::new(client),
+        None => Box::new(NoPortClient),
+    };
+    let mut cosim = Cosim::new(board, bench, PlanRunner::new(script)).with_client(client);
     cosim.run().expect("a run");
     let port = cosim.host.status().port;
     (cosim.host.into_parts().0, port)

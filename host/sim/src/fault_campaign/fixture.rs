@@ -22,6 +22,7 @@ use crate::Bench;
 use crate::board::{Flash, VirtualBoard, blank_flash};
 use crate::cosim::{Cosim, CosimError};
 use crate::faults::host::FaultyHost;
+use crate::faults::port_client::ClientHandle;
 use crate::morpheus_servo::Deafness;
 use crate::plant::{Impact, Plant};
 use crate::servo_kind::{KindError, ServoKind};
@@ -36,7 +37,7 @@ pub(super) type Ends<'a> = (BridgeEnd<'a>, LinkEnd<'a>, PortEnd<'a>);
 
 /// Board, bench, host and client of a case.
 pub(super) struct Fixture<'a> {
-    pub(super) cosim: Cosim<MonitoredBoard<'a>, FaultyHost<Driver>>,
+    pub(super) cosim: Cosim<MonitoredBoard<'a>, FaultyHost<Driver>, ClientHandle>,
     pub(super) client: Client,
     pub(super) second_master: Option<SecondMaster>,
     pub(super) reach: Reach,

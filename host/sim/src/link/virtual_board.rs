@@ -9,7 +9,7 @@ use armbridge_client::{Host, LinkError};
 
 use super::{Options, Pace};
 use crate::board::Board;
-use crate::cosim::{Cosim, CosimError};
+use crate::cosim::{Cosim, CosimError, NoPortClient};
 use crate::pacer::Pacer;
 
 /// Longest interval between two calls of a paced host.
@@ -35,10 +35,8 @@ where
             Pace::WallClock => 0,
         },
     };
-    let mut cosim = Cosim::new(board, options.bench, paced);
-    if let Some(client) = options.client {
-        cosim = cosim.with_client(client);
-    }
+    let client = options.client.unwrap_or_else(|| Box::new(NoPortClient));
+    let mut cosim = Cosim::new(board, options.bench, paced).with_client(client);
     if let Some(interactions) = options.interactions {
         cosim = cosim.with_interactions(interactions);
     }

@@ -2,7 +2,7 @@
 //!
 //! # Time
 //!
-//! Runge-Kutta of fourth order on a fixed grid of [`STEP_NS`]. The torque is
+//! Runge-Kutta of fourth order on a fixed grid, by default of [`STEP_NS`]. The torque is
 //! constant between changes, and a change off the grid cuts the step there; the
 //! next step ends on the grid again. A state between grid points is
 //! computed by a partial step that is then discarded. So the motion depends only on the
@@ -44,7 +44,7 @@ use grasp::Grasp;
 /// Limit of the reversals of joints within a step. The rest of a step with more is
 /// skipped; the motion in it is small.
 const REVERSALS_MAX: usize = 4;
-/// Grid of the integration, in ns.
+/// Default grid of the integration, in ns.
 pub const STEP_NS: u64 = 100_000;
 
 /// A joint's collision with one of its stops.
@@ -64,6 +64,8 @@ pub struct Body {
     arm: Parameters<f64>,
     friction: [Friction; JOINTS],
     stops_rad: [[f64; 2]; JOINTS],
+    /// Grid of the integration.
+    step_ns: u64,
     time_ns: u64,
     state: State<f64>,
     contact: [Contact; JOINTS],
@@ -89,6 +91,7 @@ impl Body {
             arm,
             friction,
             stops_rad,
+            step_ns: STEP_NS,
             time_ns: 0,
             state: initial,
             contact,
@@ -97,6 +100,12 @@ impl Body {
             still: false,
             impact: None,
         }
+    }
+
+    /// The same on another grid, of at least 1 ns.
+    #[must_use]
+    pub(super) fn with_step(self, step_ns: u64) -> Self {
+        Self { step_ns, ..self }
     }
 
     /// The fastest impact since the last call, up to the last grid point.
@@ -220,10 +229,10 @@ impl Body {
     }
 
     fn next_grid_point(&self) -> Option<u64> {
-        (self.time_ns / STEP_NS + 1).checked_mul(STEP_NS)
+        (self.time_ns / self.step_ns + 1).checked_mul(self.step_ns)
     }
 
-    /// One step of at most [`STEP_NS`].
+    /// One step, at most that of the grid.
     fn step(&mut self, to_ns: u64) {
         if to_ns <= self.time_ns {
             return;

@@ -4,6 +4,7 @@ use core::f64::consts::FRAC_PI_2;
 
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::{Parameters, State};
+use armbridge_link::message::Settings;
 use armbridge_servo::{JOINTS, Pwm};
 use nalgebra::Vector2;
 
@@ -81,12 +82,41 @@ impl Default for PlantConfig {
     }
 }
 
+/// The number that a board's number of single precision was rounded from, as far as it shows.
+fn decimal(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or_else(|_| value.into())
+}
+
 impl PlantConfig {
     /// The dead zone that the paper describes: no torque for 950 < PWM < 1050.
     pub const PAPER_DEAD_ZONE_COUNTS: [u16; 2] = [49, 49];
 
+    /// The arm that a board with these settings takes its own for: without dead zones and delays, and
+    /// with as much static friction as Coulomb friction.
+    pub fn of_board(settings: &Settings) -> Self {
+        let setup = &settings.setup;
+        let friction = setup.friction_nm.map(|coulomb_nm| Friction {
+            coulomb_nm: decimal(coulomb_nm),
+            static_nm: decimal(coulomb_nm),
+            stribeck_rad_s: 0.0,
+        });
+        Self {
+            arm: setup.arm.map(decimal),
+            joints: setup.joints.map(|joint| Joint {
+                zero_count: decimal(joint.zero_count),
+                rad_per_count: decimal(joint.rad_per_count),
+                direction: joint.direction,
+                gain_counts_per_nm: decimal(joint.gain_counts_per_nm),
+                offset_counts: decimal(joint.offset_counts),
+            }),
+            friction_on: friction.iter().any(|joint| joint.coulomb_nm > 0.0),
+            friction,
+            ..Self::default()
+        }
+    }
+
     /// True parameters of the arm, with both scales.
-    pub(super) fn true_arm(&self) -> Parameters<f64> {
+    pub fn true_arm(&self) -> Parameters<f64> {
         let (arm, scale) = (self.arm, self.inertia_scale);
         Parameters {
             m1: arm.m1 * scale,

@@ -1,7 +1,6 @@
-//! Random arms, for tests of identification.
+//! Random arms, for tests of identification and for policies that have to cope with many.
 //!
-//! Each number that identification estimates is drawn independently, for each joint and
-//! each direction. The result depends only on the seed.
+//! Each number is drawn independently, for each joint and, where it has one, each direction. The result depends only on the seed.
 
 use armbridge_control::actuator::{Direction, Joint};
 use armbridge_control::arm::Parameters;
@@ -58,6 +57,38 @@ impl PlantConfig {
             input_delay_ns: [DELAY_US; JOINTS].map(|us| draw.about(us).round() as u64 * 1_000),
             noise_lsb_rms: 1.0,
             ..nominal
+        }
+    }
+
+    /// This arm, each of whose numbers is off by a factor from `1 - spread` to `1 + spread`, all
+    /// equally likely: both masses, both large inertias, viscous and dry friction, and the motors'
+    /// gain. Lengths, calibration, dead zones and delays are as they are. A spread beyond 0 to 0.9
+    /// counts as the nearest of these.
+    #[must_use]
+    pub fn varied(&self, seed: u64, spread: f64) -> Self {
+        let mut draw = Draw::new(seed, spread);
+        let arm = self.arm;
+        Self {
+            arm: Parameters {
+                m1: draw.about(arm.m1),
+                m2: draw.about(arm.m2),
+                i1x: draw.about(arm.i1x),
+                i2y: draw.about(arm.i2y),
+                b1: draw.about(arm.b1),
+                b2: draw.about(arm.b2),
+                ..arm
+            },
+            friction: self.friction.map(|friction| {
+                // The same factor for both: one is not below the other.
+                let factor = draw.about(1.0);
+                Friction {
+                    coulomb_nm: friction.coulomb_nm * factor,
+                    static_nm: friction.static_nm * factor,
+                    ..friction
+                }
+            }),
+            torque_gain: draw.about(self.torque_gain),
+            ..*self
         }
     }
 }

@@ -236,6 +236,15 @@ impl PlantFile {
         }
     }
 
+    /// The same without a position: it is where a scenario has it.
+    #[must_use]
+    pub fn without_position(mut self) -> Self {
+        for joint in [&mut self.joint1, &mut self.joint2] {
+            (joint.initial_rad, joint.initial_rad_s) = (None, 0.0);
+        }
+        self
+    }
+
     /// The arm of a file, or of a plant that ships; without a name the default one. It is at
     /// `initial_rad`, else where the file has it, else at [`INITIAL_RAD`].
     ///
