@@ -84,7 +84,7 @@ pub(crate) enum Command {
     /// Draw a log, or several over each other.
     #[command(after_help = plot::EXAMPLES)]
     Plot(plot::PlotArgs),
-    /// Write a log as CSV, Parquet or .mat.
+    /// Write a log as CSV, Parquet or .mat, or the arm as MJCF or URDF.
     #[command(after_help = export::EXAMPLES)]
     Export(export::ExportArgs),
     /// Show where two logs differ: settings, commands, outputs.

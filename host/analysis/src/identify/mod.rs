@@ -48,6 +48,7 @@
 //! | `board_settings` | settings of a board with the identified arm                     |
 //! | `report`         | the estimates as a table                                        |
 //! | `arm_fit`        | the fit of an arm to logs, with its report and checks           |
+//! | `plausible_arms` | virtual arms drawn from the distribution of the estimates        |
 //! | `acceptance`     | whether the estimates are certain enough for control            |
 //! | `page`           | the report as a page with figures                               |
 
@@ -66,6 +67,7 @@ mod holdout;
 mod initial_guess;
 mod motion;
 mod page;
+mod plausible_arms;
 mod prior;
 mod quantity;
 mod record;

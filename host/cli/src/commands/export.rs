@@ -1,4 +1,6 @@
-//! `armbridge export`: a log in another program's format.
+//! `armbridge export`: a log in another program's format, or the arm for a simulator.
+
+mod arm;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -8,6 +10,7 @@ use armbridge_log::export::Format;
 use armbridge_log::inspect::{Head, log as inspect};
 use armbridge_log::output_file::OutputFile;
 use armbridge_log::{export, output_file};
+use armbridge_sim::plant::robot_description::RobotFormat;
 use clap::{Args, ValueEnum};
 
 use super::{Outcome, log};
@@ -19,20 +22,22 @@ Examples:
   armbridge export parquet run.mcap --out run.parquet
   armbridge export mat run.mcap
   armbridge export csv --out - | head -3
+  armbridge export mjcf arm.toml            the arm of identify fit --out
 
 In Python:   pandas.read_parquet('run.parquet')
 In MATLAB:   load run.mat; plot(log.time_s, log.angle_rad_1)";
 
-/// A log to convert.
+/// A log to convert, or an arm.
 #[derive(Args, Debug)]
 pub(crate) struct ExportArgs {
     /// File format.
     pub(crate) format: FormatName,
-    /// Log, or run folder with a run.mcap; by default the newest run.
+    /// Log, or run folder with a run.mcap; by default the newest run. For mjcf and urdf, whose
+    /// arm is that of the board's settings, also a file with parameters, or a virtual arm.
     #[arg(value_name = "LOG")]
     pub(crate) log: Option<PathBuf>,
-    /// File to write, ending in .csv, .parquet or .mat as the format does, or - to print
-    /// CSV [default: beside the log, with a number if there is another one].
+    /// File to write, with the ending of the format, or - to print csv, mjcf or urdf [default:
+    /// beside the log, with a number if there is another one].
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
@@ -48,20 +53,23 @@ pub(crate) enum FormatName {
     Parquet,
     /// Named fields for MATLAB and Octave.
     Mat,
-}
-
-impl From<FormatName> for Format {
-    fn from(name: FormatName) -> Self {
-        match name {
-            FormatName::Csv => Self::Csv,
-            FormatName::Parquet => Self::Parquet,
-            FormatName::Mat => Self::Mat,
-        }
-    }
+    #[value(help = "The arm as a model of MuJoCo")]
+    Mjcf,
+    /// The arm as a robot description.
+    Urdf,
 }
 
 pub(crate) fn run(args: &ExportArgs) -> Outcome {
-    let format = Format::from(args.format);
+    match args.format {
+        FormatName::Csv => export_log(args, Format::Csv),
+        FormatName::Parquet => export_log(args, Format::Parquet),
+        FormatName::Mat => export_log(args, Format::Mat),
+        FormatName::Mjcf => arm::run(args, RobotFormat::Mjcf),
+        FormatName::Urdf => arm::run(args, RobotFormat::Urdf),
+    }
+}
+
+fn export_log(args: &ExportArgs, format: Format) -> Outcome {
     if let Some(out) = &args.out {
         check_ending(out, format)?;
     }
