@@ -17,5 +17,5 @@ from . import cluster as cluster, design as design
 from ._native import *
 from .cluster import campaign as campaign, sweep as sweep
 
-# They are those of `design` and `cluster`.
-del computed_torque, lqr, place, campaign_part
+# They are those of `design`, `cluster` and `gym`.
+del computed_torque, lqr, place, campaign_part, Environment, Environments

@@ -17,6 +17,8 @@ __all__ = [
     "ClosedError",
     "Design",
     "DroppedError",
+    "Environment",
+    "Environments",
     "FaultError",
     "Fit",
     "IdentifyError",
@@ -25,6 +27,7 @@ __all__ = [
     "LogError",
     "Motion",
     "ObserverError",
+    "Plant",
     "RefusedError",
     "Replay",
     "Status",
@@ -77,7 +80,7 @@ def bench(
     scenario: str = "demo",
     *,
     settings: Mapping[str, _Value] | None = None,
-    plant: str | None = None,
+    plant: str | Plant | None = None,
     friction: bool | None = None,
     initial: _Pair | None = None,
     seed: int | None = None,
@@ -130,7 +133,7 @@ def connect(
     link: str = "sim:",
     *,
     log: str | PathLike[str] | None = None,
-    plant: str | None = None,
+    plant: str | Plant | None = None,
     friction: bool = True,
     initial: _Pair | None = None,
     seed: int = 1,
@@ -438,7 +441,7 @@ class Arm:
     """Model of the arm: two links, gravity, and viscous friction. Angles are in rad from upright,
     torques in N m, all of shape (2,)."""
 
-    def __new__(cls, plant: str | None = None) -> Self: ...
+    def __new__(cls, plant: str | Plant | None = None) -> Self: ...
     def mass(self, q: _Pair) -> NDArray[np.float64]:
         """Mass matrix in kg m^2, of shape (2, 2)."""
 
@@ -499,6 +502,10 @@ class Fit:
         """Estimates as a list of dictionaries: joint, name, unit, value, half width of the 95 %
         interval."""
 
+    def plants(self, count: int, seed: int = 0) -> list[Plant]:
+        """So many virtual arms, drawn from the distribution of the estimates; a pure function of the
+        fit and its arguments."""
+
     @property
     def uncertain(self) -> list[str]:
         """Reasons, a sentence each, for which the estimates are too uncertain to control an arm by;
@@ -526,3 +533,88 @@ class Campaign:
 
     def to_json(self) -> str:
         """What `armbridge fault-campaign --json` prints of the same seeds, to the byte."""
+
+@final
+class Plant:
+    """A virtual arm: links, friction, motors and encoders, wherever it is."""
+
+    def __new__(cls, name: str | None = None) -> Self:
+        """The default arm, that of a plant file, or one that ships."""
+
+    @staticmethod
+    def of_board(parameters: Mapping[str, _Value]) -> Plant:
+        """The arm that a board with these parameters takes its own for."""
+
+    def varied(self, spread: float, seed: int) -> Plant:
+        """This arm with masses, inertias, friction and motor gains that are each off by a factor from
+        `1 - spread` to `1 + spread`; a pure function of its arguments."""
+
+    def mjcf(self) -> str:
+        """The arm as a model of MuJoCo."""
+
+    def urdf(self) -> str:
+        """The arm as URDF."""
+
+    def to_toml(self) -> str:
+        """The arm as a plant file."""
+
+@final
+class Environment:
+    """One environment, see `armbridge.gym`. `board` is a board to run it on instead of a simulated
+    one."""
+
+    def __new__(
+        cls,
+        task: str,
+        *,
+        mode: str = "fast",
+        action: str = "torque",
+        settings: Mapping[str, _Value] | None = None,
+        plant: str | Plant | Sequence[str | Plant] | None = None,
+        ticks: int = 20,
+        steps: int = 250,
+        board: Board | None = None,
+    ) -> Self: ...
+    @property
+    def bounds(self) -> list[NDArray[np.float64]]:
+        """Smallest and largest actions, each of shape (2,)."""
+
+    @property
+    def observations(self) -> int:
+        """Length of an observation."""
+
+    def reset(self, seed: int | None = None) -> NDArray[np.float32]:
+        """Begins an episode, after seeding the generator of episodes if `seed` is given."""
+
+    def step(self, action: _Pair) -> tuple[NDArray[np.float32], float, bool, bool]:
+        """Runs a step: observation, reward, whether the episode has ended, whether it was truncated."""
+
+    @property
+    def info(self) -> dict[str, Any]:
+        """The last tick, and the true angles and speeds of a simulated arm."""
+
+@final
+class Environments:
+    """Many environments, which are stepped on all processors."""
+
+    def __new__(
+        cls,
+        count: int,
+        task: str,
+        *,
+        mode: str = "fast",
+        action: str = "torque",
+        settings: Mapping[str, _Value] | None = None,
+        plant: str | Plant | Sequence[str | Plant] | None = None,
+        ticks: int = 20,
+        steps: int = 250,
+    ) -> Self: ...
+    def reset(self, seeds: Sequence[int | None]) -> NDArray[np.float32]:
+        """Begins an episode in each; `seeds` has one for each, or None."""
+
+    def step(
+        self, actions: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_]]:
+        """Runs a step of each, with actions of shape (n, 2): observations, rewards, whether the
+        episodes have ended, whether they were truncated. The step after the end of an episode begins
+        the next."""

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use armbridge_analysis::scenario::{Overrides, Scenario};
 use armbridge_analysis::sweep::run_once;
 use armbridge_client::params;
-use armbridge_sim::plant::PlantFile;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arguments::pair;
 use crate::errors::{log_error, to_python, value_error};
+use crate::plant::PlantArgument;
 use crate::{interrupt, settings};
 
 /// Runs a scenario, a file or one that ships, on a simulated board and arm, and returns its
@@ -23,7 +23,7 @@ pub(crate) fn bench(
     py: Python<'_>,
     scenario: &str,
     settings: Option<&Bound<'_, PyDict>>,
-    plant: Option<&str>,
+    plant: Option<PlantArgument>,
     friction: Option<bool>,
     initial: Option<&Bound<'_, PyAny>>,
     seed: Option<u64>,
@@ -31,14 +31,14 @@ pub(crate) fn bench(
     log: Option<PathBuf>,
 ) -> PyResult<Py<PyAny>> {
     let initial = initial.map(|q| pair(q, "angles in rad")).transpose()?;
-    let plant = plant.map(PlantFile::load).transpose();
+    let plant = plant.map(PlantArgument::file).transpose()?;
     let set = settings.map_or_else(|| Ok(Vec::new()), settings::pairs)?;
     if let Some((unknown, _)) = set.iter().find(|(key, _)| params::find(key).is_none()) {
         return Err(value_error(params::unknown(unknown)));
     }
     let overrides = Overrides {
         set,
-        plant: plant.map_err(value_error)?,
+        plant,
         friction,
         initial_rad: initial,
         seed,

@@ -13,7 +13,7 @@ use armbridge_link::message::{Command, Settings};
 use armbridge_link::server::Touch;
 use armbridge_sim::Bench;
 use armbridge_sim::link::{BoardClient, BoardUri, Options, Pace};
-use armbridge_sim::plant::{Plant, PlantFile};
+use armbridge_sim::plant::Plant;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
@@ -23,6 +23,7 @@ use crate::errors::value_error;
 use crate::identify::{Fit, WeightError};
 use crate::motion::Motion;
 use crate::periodic::{Stream, Torque};
+use crate::plant::PlantArgument;
 use crate::settings;
 use crate::status::Status;
 use crate::telemetry::Telemetry;
@@ -39,7 +40,7 @@ pub(crate) fn connect(
     py: Python<'_>,
     link: &str,
     log: Option<PathBuf>,
-    plant: Option<&str>,
+    plant: Option<PlantArgument>,
     friction: bool,
     initial: Option<&Bound<'_, PyAny>>,
     seed: u64,
@@ -47,7 +48,10 @@ pub(crate) fn connect(
 ) -> PyResult<Board> {
     let uri: BoardUri = link.parse().map_err(value_error)?;
     let initial = initial.map(|q| pair(q, "angles in rad")).transpose()?;
-    let mut config = PlantFile::arm(plant, initial).map_err(value_error)?;
+    let mut config = PlantArgument::or_default(plant)?;
+    if let Some(initial) = initial {
+        config.initial.q = initial.into();
+    }
     config.friction_on &= friction;
     let options = move || {
         let mut options = Options::new(Bench::new(Plant::new(config, seed)));
@@ -241,6 +245,11 @@ impl Board {
 }
 
 impl Board {
+    /// The client, without the interpreter.
+    pub(crate) fn client(&self) -> PyResult<Arc<BoardClient>> {
+        self.0.client()
+    }
+
     fn in_force(&self) -> PyResult<Settings> {
         Ok(self.0.client()?.status().settings.unwrap_or_default())
     }

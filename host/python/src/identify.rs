@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::errors::{IdentifyError, log_error, to_python, value_error};
+use crate::plant::Plant;
 use crate::{interrupt, settings};
 
 /// An arm identified from its motion.
@@ -64,6 +65,15 @@ impl Fit {
     #[getter]
     fn estimates(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         to_python(py, &self.0.report.estimates)
+    }
+
+    /// So many virtual arms, drawn from the distribution of the estimates; a pure function of the fit
+    /// and its arguments.
+    #[pyo3(signature = (count, seed = 0))]
+    fn plants(&self, py: Python<'_>, count: usize, seed: u64) -> PyResult<Vec<Plant>> {
+        let arms = py.detach(|| self.0.plausible_arms(count, seed));
+        let arms = arms.map_err(value_error)?;
+        Ok(arms.into_iter().map(Plant).collect())
     }
 
     /// Reasons, a sentence each, for which the estimates are too uncertain to control an arm by;

@@ -15,6 +15,8 @@
 //! | `settings`  | parameters of the board as Python values                         |
 //! | `status`    | the board's status                                               |
 //! | `model`     | equations of motion of the arm                                   |
+//! | `plant`      | virtual arms                                                     |
+//! | `environment` | environments for learned controllers                            |
 //! | `design`     | gains, poles and margins                                         |
 //! | `bench`      | scenarios on the simulated board                                 |
 //! | `campaign`   | fault campaigns                                                  |
@@ -33,6 +35,7 @@ mod board;
 mod campaign;
 mod connection;
 mod design;
+mod environment;
 mod errors;
 mod identify;
 mod interrupt;
@@ -40,6 +43,7 @@ mod log;
 mod model;
 mod motion;
 mod periodic;
+mod plant;
 mod settings;
 mod status;
 mod telemetry;
@@ -59,6 +63,8 @@ mod _native {
     #[pymodule_export]
     use crate::design::{Design, computed_torque, lqr, place};
     #[pymodule_export]
+    use crate::environment::{PyEnvironment, PyEnvironments};
+    #[pymodule_export]
     use crate::errors::{
         ArmbridgeError, ClosedError, DroppedError, FaultError, IdentifyError, LinkError, LogError,
         ObserverError, RefusedError,
@@ -73,6 +79,8 @@ mod _native {
     use crate::motion::Motion;
     #[pymodule_export]
     use crate::periodic::{Stream, Ticks, Torque};
+    #[pymodule_export]
+    use crate::plant::Plant;
     #[pymodule_export]
     use crate::status::Status;
     #[pymodule_export]

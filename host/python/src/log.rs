@@ -28,14 +28,15 @@ impl Log {
         let (records, truths, reader) = py
             .detach(|| {
                 let reader = Reader::open(&path)?;
-                let has_truth = reader.has_true_states();
                 let mut rows = reader.rows();
                 let (mut records, mut truths) = (Vec::new(), Vec::new());
                 for row in rows.by_ref() {
-                    records.push(row.record);
-                    if has_truth {
+                    // A real arm has none.
+                    if row.truth.is_some() || !truths.is_empty() {
+                        truths.resize(records.len(), None);
                         truths.push(row.truth);
                     }
+                    records.push(row.record);
                 }
                 Ok((records, truths, rows))
             })

@@ -1,13 +1,13 @@
 //! Equations of motion of the arm, by the board's own code, in double precision.
 
 use armbridge_control::arm::{Parameters, State};
-use armbridge_sim::plant::PlantFile;
 use nalgebra::{SMatrix, Vector2};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
 use crate::arguments::pair;
 use crate::errors::value_error;
+use crate::plant::PlantArgument;
 
 type Vector<'py> = Bound<'py, PyArray1<f64>>;
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
@@ -35,19 +35,14 @@ fn matrix<const R: usize, const C: usize>(
 
 #[pymethods]
 impl Arm {
-    /// The arm of the paper, or that of a plant file or of a plant that ships.
+    /// The arm of the paper, or that of a virtual arm, of a plant file, or of one that ships.
     #[new]
     #[pyo3(signature = (plant = None))]
-    fn new(plant: Option<&str>) -> PyResult<Self> {
-        Ok(Self(match plant {
-            None => Parameters::paper(),
-            Some(name) => {
-                PlantFile::load(name)
-                    .map_err(value_error)?
-                    .config([0.0; 2])
-                    .arm
-            }
-        }))
+    fn new(plant: Option<PlantArgument>) -> PyResult<Self> {
+        let plant = plant.map(PlantArgument::config).transpose()?;
+        Ok(Self(
+            plant.map_or_else(Parameters::paper, |plant| plant.true_arm()),
+        ))
     }
 
     /// Mass matrix in kg m^2, of shape (2, 2).

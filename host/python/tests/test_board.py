@@ -53,6 +53,9 @@ def test_the_script_of_the_manual(tmp_path: Path) -> None:
     assert np.sqrt(np.mean(error**2)) < 0.05
     reference = log["reference_rad"][streamed, 0]
     assert 0.095 < reference.max() < 0.105
+    # The log of a simulated arm has its true states, all but of the first ticks.
+    truth = log["true_angle_rad"]
+    assert np.abs(truth - log["angle_rad"])[streamed].max() < 0.02
 
 
 def test_torques_from_python_hold_the_arm(arm: ab.Board) -> None:
