@@ -32,6 +32,7 @@
 //! | `exchange`    | the part of a protocol that the master runs             |
 //! | [`morpheus`]  | the Morpheus firmware's packets, only the harmless ones |
 //! | [`protocol1`] | Dynamixel Protocol 1.0, of a stock AX-12A               |
+//! | [`protocol2`] | Dynamixel Protocol 2.0, of the X series: packets and models; the master does not run it yet |
 //! | [`Alarms`]    | the seven bits of a status packet's error byte           |
 //! | [`ClientFrame`] | a packet of another master, parsed                    |
 //! | [`Pwm`]       | a PWM command                                           |
@@ -85,6 +86,7 @@ pub mod morpheus;
 pub mod port;
 pub mod protocol;
 pub mod protocol1;
+pub mod protocol2;
 pub mod serial_bus;
 pub mod stop;
 

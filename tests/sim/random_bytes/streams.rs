@@ -33,6 +33,7 @@ fn every_seed_is_understood() {
         checks::master::check,
         checks::morpheus::check,
         checks::protocol1::check,
+        checks::protocol2::check,
         checks::store::check,
     ];
     for ((target, all), check) in seeds::all().into_iter().zip(checks) {

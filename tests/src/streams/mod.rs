@@ -75,6 +75,12 @@ macro_rules! stream_tests {
         }
 
         #[test]
+        fn protocol2() {
+            let found = feed(STREAMS, "protocol2", 0x5EED_0107, checks::protocol2::check);
+            assert!(found > STREAMS / 2, "{found}");
+        }
+
+        #[test]
         fn morpheus() {
             let found = feed(STREAMS, "morpheus", 0x5EED_0102, checks::morpheus::check);
             assert!(found > STREAMS, "{found}");

@@ -46,6 +46,48 @@ pub(crate) const TRANSPARENT_PORT: [(&str, &str); 26] = [
     ),
 ];
 
+/// ROBOTIS e-Manual, and a stuffed write.
+pub(crate) const PROTOCOL2: [(&str, &str); 14] = [
+    ("ping", "FF FF FD 00 01 03 00 01 19 4E"),
+    ("ping-answer", "FF FF FD 00 01 07 00 55 00 06 04 26 65 5D"),
+    ("read-position", "FF FF FD 00 01 07 00 02 84 00 04 00 1D 15"),
+    (
+        "read-position-answer",
+        "FF FF FD 00 01 08 00 55 00 A6 00 00 00 8C C0",
+    ),
+    (
+        "write-goal",
+        "FF FF FD 00 01 09 00 03 74 00 00 02 00 00 CA 89",
+    ),
+    (
+        "reg-write-speed",
+        "FF FF FD 00 01 09 00 04 68 00 C8 00 00 00 AE 8E",
+    ),
+    ("action", "FF FF FD 00 01 03 00 05 02 CE"),
+    ("factory-reset", "FF FF FD 00 01 04 00 06 01 A1 E6"),
+    ("reboot", "FF FF FD 00 01 03 00 08 2F 4E"),
+    (
+        "clear-turns",
+        "FF FF FD 00 01 08 00 10 01 44 58 4C 22 B1 DC",
+    ),
+    (
+        "sync-read",
+        "FF FF FD 00 FE 09 00 82 84 00 04 00 01 02 CE FA",
+    ),
+    (
+        "sync-write",
+        "FF FF FD 00 FE 11 00 83 74 00 04 00 01 96 00 00 00 02 AA 00 00 00 82 87",
+    ),
+    (
+        "bulk-read",
+        "FF FF FD 00 FE 0D 00 92 01 90 00 02 00 02 92 00 01 00 1A 05",
+    ),
+    (
+        "stuffed-answer",
+        "FF FF FD 00 D2 0E 00 55 80 36 FF FF FD FD FF 00 FF FD 00 CF 12",
+    ),
+];
+
 /// ROBOTIS e-Manual, and status packets to go with it.
 pub(crate) const PROTOCOL1: [(&str, &str); 13] = [
     ("ping", "FF FF 01 02 01 FB"),

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::messages;
-use super::packets::{MASTER, MORPHEUS, PROTOCOL1, STORE, TRANSPARENT_PORT};
+use super::packets::{MASTER, MORPHEUS, PROTOCOL1, PROTOCOL2, STORE, TRANSPARENT_PORT};
 
 /// Names and bytes.
 pub type Seeds = BTreeMap<String, Vec<u8>>;
@@ -26,13 +26,14 @@ fn written(table: &[(&str, &str)]) -> Seeds {
 }
 
 /// Expected content of the folder of each target.
-pub fn all() -> [(&'static str, Seeds); 6] {
+pub fn all() -> [(&'static str, Seeds); 7] {
     [
         ("transparent_port", written(&TRANSPARENT_PORT)),
         ("link", messages::seeds()),
         ("master", written(&MASTER)),
         ("morpheus", written(&MORPHEUS)),
         ("protocol1", written(&PROTOCOL1)),
+        ("protocol2", written(&PROTOCOL2)),
         ("store", written(&STORE)),
     ]
 }

@@ -91,6 +91,16 @@ impl Drop for Served {
 
 #[test]
 #[ignore = "needs the Python packages: run `cargo verify`"]
+fn the_vectors_of_protocol_2_are_those_of_the_sdk() {
+    let output = paths::script("protocol2_vectors.py").output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
+    let kept = include_str!("../../../../shared/servo/tests/protocol2/vectors.txt");
+    assert_eq!(String::from_utf8_lossy(&output.stdout), kept);
+}
+
+#[test]
+#[ignore = "needs the Python packages: run `cargo verify`"]
 fn the_sdk_and_pypot_work_with_stock_servos() {
     let servos = Served::start(SERVOS);
     servos.passes("sdk.py", &["--fresh", "--rate-counts"]);

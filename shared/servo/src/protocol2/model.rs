@@ -1,0 +1,177 @@
+//! Models of the X series as data: what a master has to know of each, found by its model number.
+//!
+//! Numbers and units are those of the models' control tables and specifications (e-Manual).
+//! Torque constants are stall torque over stall current at the recommended supply, from the
+//! specifications: a servo at rest has more friction than that shows, so take them as nominal.
+
+/// How a servo is driven: the codes of [`OPERATING_MODE`](super::register::OPERATING_MODE).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OperatingMode {
+    /// Current: torque, within the accuracy of the torque constant.
+    Current,
+    /// Speed.
+    Velocity,
+    /// Position within a turn; from the factory.
+    Position,
+    /// Position of several turns.
+    ExtendedPosition,
+    /// Position with a limited current.
+    CurrentBasedPosition,
+    /// Duty: the voltage on the motor.
+    Pwm,
+}
+
+impl OperatingMode {
+    /// Its code in the register.
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::Current => 0,
+            Self::Velocity => 1,
+            Self::Position => 3,
+            Self::ExtendedPosition => 4,
+            Self::CurrentBasedPosition => 5,
+            Self::Pwm => 16,
+        }
+    }
+}
+
+/// Measurement of the current, of models that have it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurrentSense {
+    /// Current of a count, in A.
+    pub a_per_count: f32,
+    /// Largest current limit, in counts.
+    pub most_counts: u16,
+    /// Nominal torque constant in N m/A.
+    pub nm_per_a: f32,
+}
+
+/// A model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Model {
+    /// Model number, by which a PING finds it.
+    pub number: u16,
+    /// Name.
+    pub name: &'static str,
+    /// Position counts of a turn.
+    pub counts_per_turn: u16,
+    /// PWM counts of full duty.
+    pub full_pwm: u16,
+    /// Recommended supply in V.
+    pub nominal_v: f32,
+    /// Stall torque at that, in N m.
+    pub stall_nm: f32,
+    /// Highest temperature from the factory, in °C.
+    pub temperature_c: u8,
+    /// Measurement of the current; without, the model has neither current control mode nor a
+    /// current limit.
+    pub current: Option<CurrentSense>,
+}
+
+/// Position counts of a turn: 12 bits, in all of them.
+const TURN: u16 = 4_096;
+/// PWM counts of full duty, in all of them.
+const FULL: u16 = 885;
+
+const fn model(
+    number: u16,
+    name: &'static str,
+    (nominal_v, stall_nm, temperature_c): (f32, f32, u8),
+    current: Option<CurrentSense>,
+) -> Model {
+    Model {
+        number,
+        name,
+        counts_per_turn: TURN,
+        full_pwm: FULL,
+        nominal_v,
+        stall_nm,
+        temperature_c,
+        current,
+    }
+}
+
+const fn current(a_per_count: f32, most_counts: u16, stall_nm: f32, stall_a: f32) -> CurrentSense {
+    CurrentSense {
+        a_per_count,
+        most_counts,
+        nm_per_a: stall_nm / stall_a,
+    }
+}
+
+/// The models, by number.
+pub const MODELS: [Model; 6] = [
+    model(
+        1020,
+        "XM430-W350",
+        (12.0, 4.1, 80),
+        Some(current(0.002_69, 1_193, 4.1, 2.3)),
+    ),
+    model(
+        1030,
+        "XM430-W210",
+        (12.0, 3.0, 80),
+        Some(current(0.002_69, 1_193, 3.0, 2.3)),
+    ),
+    model(1060, "XL430-W250", (11.1, 1.4, 72), None),
+    model(
+        1190,
+        "XL330-M077",
+        (5.0, 0.215, 70),
+        Some(current(0.001, 1_750, 0.215, 1.47)),
+    ),
+    model(
+        1200,
+        "XL330-M288",
+        (5.0, 0.52, 70),
+        Some(current(0.001, 1_750, 0.52, 1.47)),
+    ),
+    model(
+        1220,
+        "XC330-T288",
+        (11.1, 0.92, 70),
+        Some(current(0.001, 910, 0.92, 0.80)),
+    ),
+];
+
+/// The model with this number, if it is known.
+pub fn find(number: u16) -> Option<&'static Model> {
+    MODELS.iter().find(|model| model.number == number)
+}
+
+/// Baud rates by their code (e-Manual, "Baud Rate").
+pub const BAUD_RATES: [u32; 8] = [
+    9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000,
+];
+
+/// The baud rate of a code.
+pub fn baud_rate(code: u8) -> Option<u32> {
+    BAUD_RATES.get(usize::from(code)).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn models_are_in_order_and_found() {
+        assert!(MODELS.windows(2).all(|two| two[0].number < two[1].number));
+        assert_eq!(find(1060).map(|model| model.name), Some("XL430-W250"));
+        assert_eq!(find(12), None);
+        for model in MODELS {
+            if let Some(current) = model.current {
+                // At the stall current the torque is the stall torque; the limit is near it.
+                let most_nm =
+                    f32::from(current.most_counts) * current.a_per_count * current.nm_per_a;
+                assert!(most_nm > model.stall_nm, "{}: {most_nm}", model.name);
+            }
+        }
+    }
+
+    #[test]
+    fn baud_rates_have_codes() {
+        assert_eq!(baud_rate(3), Some(1_000_000));
+        assert_eq!(baud_rate(8), None);
+        assert_eq!(OperatingMode::Pwm.code(), 16);
+    }
+}

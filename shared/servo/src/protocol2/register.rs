@@ -1,0 +1,72 @@
+//! Registers of the X series by their addresses (e-Manual, control tables of XL330, XC330,
+//! XL430 and XM430, which agree in these).
+//!
+//! Those below 64 are EEPROM, and can be written while torque is off only. Numbers are little
+//! endian, and signed where they can be negative. Units differ by model, see
+//! [`model`](super::model).
+
+/// Model number, two bytes.
+pub const MODEL_NUMBER: u16 = 0;
+/// Version of the firmware.
+pub const FIRMWARE_VERSION: u16 = 6;
+/// The servo's id, 0 to 252.
+pub const ID: u16 = 7;
+/// Code of the baud rate, see [`baud_rate`](super::model::baud_rate).
+pub const BAUD_RATE: u16 = 8;
+/// Return delay, in units of 2 µs; 250 from the factory.
+pub const RETURN_DELAY: u16 = 9;
+/// Bit 0: direction of rotation; bit 2: what the profile means.
+pub const DRIVE_MODE: u16 = 10;
+/// See [`OperatingMode`](super::model::OperatingMode).
+pub const OPERATING_MODE: u16 = 11;
+/// Second id to which the servo listens without an answer; above 252 for none.
+pub const SHADOW_ID: u16 = 12;
+/// Offset that is added to the position, in counts, four bytes.
+pub const HOMING_OFFSET: u16 = 20;
+/// Highest temperature, in °C.
+pub const TEMPERATURE_LIMIT: u16 = 31;
+/// Highest supply, in 0.1 V, two bytes.
+pub const MAX_VOLTAGE_LIMIT: u16 = 32;
+/// Lowest supply, in 0.1 V, two bytes.
+pub const MIN_VOLTAGE_LIMIT: u16 = 34;
+/// Largest duty, two bytes.
+pub const PWM_LIMIT: u16 = 36;
+/// Largest current, two bytes, of models that measure it.
+pub const CURRENT_LIMIT: u16 = 38;
+/// Hardware errors that switch torque off, as bits of [`HARDWARE_ERROR`].
+pub const SHUTDOWN: u16 = 63;
+/// Torque on or off.
+pub const TORQUE_ENABLE: u16 = 64;
+/// Lamp on or off.
+pub const LED: u16 = 65;
+/// Condition for a status packet: 0 after PING, 1 after reads too, 2 always.
+pub const STATUS_RETURN_LEVEL: u16 = 68;
+/// Whether an instruction waits for ACTION.
+pub const REGISTERED_INSTRUCTION: u16 = 69;
+/// Errors of the hardware: bit 0 supply, 2 heat, 3 encoder, 4 electrical shock, 5 overload.
+pub const HARDWARE_ERROR: u16 = 70;
+/// Silence of the bus in units of 20 ms after which the servo stops, 1 to 127; 0 for never, 255
+/// after it has.
+pub const BUS_WATCHDOG: u16 = 98;
+/// Duty in PWM control mode, two bytes.
+pub const GOAL_PWM: u16 = 100;
+/// Current in current control mode, two bytes.
+pub const GOAL_CURRENT: u16 = 102;
+/// Speed in velocity control mode, four bytes.
+pub const GOAL_VELOCITY: u16 = 104;
+/// Position in the position control modes, four bytes.
+pub const GOAL_POSITION: u16 = 116;
+/// Milliseconds, modulo 32 768, two bytes.
+pub const REALTIME_TICK: u16 = 120;
+/// Duty on the motor, two bytes.
+pub const PRESENT_PWM: u16 = 124;
+/// Current, of models that measure it, else an estimated load; two bytes.
+pub const PRESENT_CURRENT: u16 = 126;
+/// Speed, four bytes.
+pub const PRESENT_VELOCITY: u16 = 128;
+/// Position in counts, of several turns, four bytes.
+pub const PRESENT_POSITION: u16 = 132;
+/// Supply in 0.1 V, two bytes.
+pub const PRESENT_VOLTAGE: u16 = 144;
+/// Temperature in °C.
+pub const PRESENT_TEMPERATURE: u16 = 146;
