@@ -6,7 +6,7 @@ use armbridge_link::message::{Fault, Settings, Setup};
 use armbridge_servo::JOINTS;
 use armbridge_sim::environment::batch::Batch;
 use armbridge_sim::environment::{
-    ActionKind, Description, Environment, EnvironmentError, Mode, Seen, Task,
+    ActionKind, Description, Environment, EnvironmentError, Mode, Observation, Task,
 };
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods,
@@ -136,10 +136,10 @@ impl PyEnvironment {
     }
 }
 
-fn observation(environment: &Environment, seen: &Seen) -> Vec<f32> {
+fn vector(environment: &Environment, observation: &Observation) -> Vec<f32> {
     let task = environment.description().task;
-    let mut values = vec![0.0; task.observations()];
-    task.observe(seen, environment.target_rad(), &mut values);
+    let mut values = vec![0.0; task.vector_len()];
+    task.write_vector(observation, environment.target_rad(), &mut values);
     values
 }
 
@@ -181,7 +181,7 @@ impl PyEnvironment {
     #[getter]
     fn observations(&self, py: Python<'_>) -> usize {
         self.with(py, |environment| {
-            environment.description().task.observations()
+            environment.description().task.vector_len()
         })
     }
 
@@ -192,8 +192,8 @@ impl PyEnvironment {
             if let Some(seed) = seed {
                 environment.seed(seed);
             }
-            let seen = environment.reset()?;
-            Ok(observation(environment, &seen))
+            let observation = environment.reset()?;
+            Ok(vector(environment, &observation))
         });
         let observed = observed.map_err(|error| to_error(&error))?;
         Ok(observed.into_pyarray(py))
@@ -204,7 +204,7 @@ impl PyEnvironment {
         let action = pair(action, "actions")?;
         let stepped = self.with(py, |environment| {
             let transition = environment.step(action)?;
-            Ok((observation(environment, &transition.seen), transition))
+            Ok((vector(environment, &transition.observation), transition))
         });
         let (observed, transition) = stepped.map_err(|error| to_error(&error))?;
         Ok((
@@ -219,14 +219,14 @@ impl PyEnvironment {
     #[getter]
     fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let info = PyDict::new(py);
-        let (seen, state) = self.with(py, |environment| {
-            (environment.seen().copied(), environment.true_state())
+        let (observation, state) = self.with(py, |environment| {
+            (environment.observation().copied(), environment.true_state())
         });
-        if let Some(seen) = seen {
+        if let Some(observation) = observation {
             let array = |values: [f32; JOINTS]| PyArray1::from_slice(py, &values);
-            info.set_item("torque_nm", array(seen.torque_nm))?;
-            info.set_item("pwm", PyArray1::from_slice(py, &seen.pwm))?;
-            info.set_item("fault", seen.fault.map(Fault::name))?;
+            info.set_item("torque_nm", array(observation.torque_nm))?;
+            info.set_item("pwm", PyArray1::from_slice(py, &observation.pwm))?;
+            info.set_item("fault", observation.fault.map(Fault::name))?;
         }
         if let Some(state) = state {
             info.set_item(
@@ -250,9 +250,9 @@ pub(crate) struct PyEnvironments {
 }
 
 /// Observations of all, one after the other.
-fn observations<'a>(batch: &Batch, seen: impl Iterator<Item = &'a Seen>) -> Vec<f32> {
-    let all = batch.environments().iter().zip(seen);
-    all.flat_map(|(environment, seen)| observation(environment, seen))
+fn vectors<'a>(batch: &Batch, observations: impl Iterator<Item = &'a Observation>) -> Vec<f32> {
+    let all = batch.environments().iter().zip(observations);
+    all.flat_map(|(environment, observation)| vector(environment, observation))
         .collect()
 }
 
@@ -290,8 +290,8 @@ impl PyEnvironments {
         }
         let observed = py.detach(|| {
             let mut batch = lock(&self.batch);
-            let seen = batch.reset(&seeds)?;
-            Ok(observations(&batch, seen.iter()))
+            let observation = batch.reset(&seeds)?;
+            Ok(vectors(&batch, observation.iter()))
         });
         matrix(py, observed.map_err(|error| to_error(&error))?, count)
     }
@@ -316,8 +316,8 @@ impl PyEnvironments {
         let stepped = py.detach(|| {
             let mut batch = lock(&self.batch);
             let transitions = batch.step(&actions)?;
-            let seen = transitions.iter().map(|it| &it.seen);
-            Ok((observations(&batch, seen), transitions))
+            let observation = transitions.iter().map(|it| &it.observation);
+            Ok((vectors(&batch, observation), transitions))
         });
         let (observed, transitions) = stepped.map_err(|error| to_error(&error))?;
         let rewards = transitions.iter().map(|it| it.reward);

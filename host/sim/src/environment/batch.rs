@@ -7,7 +7,7 @@ use std::thread;
 
 use armbridge_servo::JOINTS;
 
-use super::{Environment, EnvironmentError, Seen, Transition};
+use super::{Environment, EnvironmentError, Observation, Transition};
 
 /// Environments of one kind.
 #[derive(Debug)]
@@ -37,7 +37,7 @@ impl Batch {
     ///
     /// # Errors
     /// That of the first environment that cannot be reset.
-    pub fn reset(&mut self, seeds: &[Option<u64>]) -> Result<Vec<Seen>, EnvironmentError> {
+    pub fn reset(&mut self, seeds: &[Option<u64>]) -> Result<Vec<Observation>, EnvironmentError> {
         self.ended.fill(false);
         self.for_each(seeds, |environment, _, seed| {
             if let Some(seed) = seed {
@@ -54,9 +54,9 @@ impl Batch {
     pub fn step(&mut self, actions: &[[f64; JOINTS]]) -> Result<Vec<Transition>, EnvironmentError> {
         self.for_each(actions, |environment, has_ended, action| {
             if std::mem::take(has_ended) {
-                let seen = environment.reset()?;
+                let observation = environment.reset()?;
                 return Ok(Transition {
-                    seen,
+                    observation,
                     reward: 0.0,
                     is_terminated: false,
                     is_truncated: false,

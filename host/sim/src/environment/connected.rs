@@ -11,7 +11,7 @@ use armbridge_control::arm::State;
 use armbridge_link::message::{Command, Mode, Record};
 use armbridge_servo::JOINTS;
 
-use super::Seen;
+use super::Observation;
 use crate::link::{BoardClient, ClientError, CommandSender};
 
 /// Duration of the motion to the start of an episode, in s.
@@ -42,7 +42,7 @@ impl ConnectedBoard {
     }
 
     /// Clears a fault, arms the board, and moves the arm to these angles in rad.
-    pub(super) fn reset(&mut self, start_rad: [f64; JOINTS]) -> Result<Seen, ClientError> {
+    pub(super) fn reset(&mut self, start_rad: [f64; JOINTS]) -> Result<Observation, ClientError> {
         self.commands = CommandSender::default();
         if let Some(Mode::Fault(_)) = self.client.status().mode() {
             self.client.clear()?;
@@ -65,7 +65,11 @@ impl ConnectedBoard {
     }
 
     /// Sends a command, and waits for so many ticks; returns the last.
-    pub(super) fn advance(&mut self, command: Command, ticks: u32) -> Result<Seen, ClientError> {
+    pub(super) fn advance(
+        &mut self,
+        command: Command,
+        ticks: u32,
+    ) -> Result<Observation, ClientError> {
         let is_fault = matches!(self.client.status().mode(), Some(Mode::Fault(_)));
         if !is_fault {
             self.commands.send(&self.client, command)?;
@@ -73,7 +77,7 @@ impl ConnectedBoard {
         self.await_ticks(ticks)
     }
 
-    fn await_ticks(&self, ticks: u32) -> Result<Seen, ClientError> {
+    fn await_ticks(&self, ticks: u32) -> Result<Observation, ClientError> {
         let before = self.client.status().record.map_or(0, |record| record.tick);
         let has_come = |record: &Record| record.tick.wrapping_sub(before) >= ticks;
         let wait = self
@@ -84,7 +88,7 @@ impl ConnectedBoard {
             });
         wait?;
         let record = self.client.status().record.unwrap_or(Record::NONE);
-        Ok(Seen::from(&record))
+        Ok(Observation::from(&record))
     }
 
     /// Estimated state of the arm: nothing knows the true one.

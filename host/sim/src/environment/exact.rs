@@ -13,7 +13,7 @@ use armbridge_control::arm::State;
 use armbridge_link::message::{Command, Mode, Record, Refusal, Settings};
 use self_cell::{MutBorrow, self_cell};
 
-use super::Seen;
+use super::Observation;
 use crate::Bench;
 use crate::board::VirtualBoard;
 use crate::cosim::{Cosim, CosimError};
@@ -100,7 +100,7 @@ impl ExactBoard {
         settings: &Settings,
         plant: PlantConfig,
         seed: u64,
-    ) -> Result<(Self, Seen), ExactError> {
+    ) -> Result<(Self, Observation), ExactError> {
         let channels = MutBorrow::new(Channels::new());
         let cell = Cell::try_new(channels, |channels| {
             let board = VirtualBoard::new(channels.borrow_mut().split());
@@ -122,7 +122,7 @@ impl ExactBoard {
             cosim.bench.move_by_hand(plant.initial.q.into(), RETURN_US);
             rest(cosim, 2 * RETURN_US)
         })?;
-        Ok((board, Seen::from(&record)))
+        Ok((board, Observation::from(&record)))
     }
 
     pub(super) fn with<T>(&mut self, run: impl FnOnce(&mut Simulation<'_>) -> T) -> T {
@@ -133,7 +133,7 @@ impl ExactBoard {
     ///
     /// # Errors
     /// If the session has ended.
-    pub fn advance(&mut self, command: Command, ticks: u32) -> Result<Seen, ExactError> {
+    pub fn advance(&mut self, command: Command, ticks: u32) -> Result<Observation, ExactError> {
         self.with(|cosim| {
             let now_us = cosim.now_us();
             cosim.host.0.request(now_us, Request::Command(command));
@@ -142,7 +142,7 @@ impl ExactBoard {
             let until = before.map_or(0, |record| record.tick.wrapping_add(ticks));
             let most_us = SERVO_TIMEOUT_US;
             let record = await_record(cosim, most_us, |record| record.tick >= until)?;
-            Ok(Seen::from(&record))
+            Ok(Observation::from(&record))
         })
     }
 

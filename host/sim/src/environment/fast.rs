@@ -20,7 +20,7 @@ use armbridge_link::message::{Command, Fault, Sample};
 use armbridge_link::record::{Fallback, Permission, TickInput, TickOutput};
 use armbridge_servo::Pwm;
 
-use super::Seen;
+use super::Observation;
 use crate::plant::{Plant, PlantConfig};
 
 /// Mean time from the sample of a Morpheus servo to the start of the tick that asks for it, in µs:
@@ -46,7 +46,7 @@ pub struct FastBoard {
 
 impl FastBoard {
     /// A board that has armed, and the arm at rest. Also returns its last tick.
-    pub fn new(config: &LoopConfig, plant: PlantConfig, seed: u64) -> (Self, Seen) {
+    pub fn new(config: &LoopConfig, plant: PlantConfig, seed: u64) -> (Self, Observation) {
         let mut board = Self {
             config: *config,
             control_loop: ControlLoop::new(config),
@@ -64,12 +64,12 @@ impl FastBoard {
         }
         board.input.permission = Permission::Armed;
         board.control_loop.energise();
-        let seen = board.seen();
-        (board, seen)
+        let observation = board.observation();
+        (board, observation)
     }
 
     /// Gives a command, lets go of the arm, and runs so many ticks; returns the last.
-    pub fn advance(&mut self, command: &Command, ticks: u32) -> Seen {
+    pub fn advance(&mut self, command: &Command, ticks: u32) -> Observation {
         let next_us = self.input.acts_us();
         let now = Instant {
             us: next_us,
@@ -89,7 +89,7 @@ impl FastBoard {
         for _ in 0..ticks {
             self.tick();
         }
-        self.seen()
+        self.observation()
     }
 
     /// True state of the arm.
@@ -135,9 +135,9 @@ impl FastBoard {
         }
     }
 
-    fn seen(&self) -> Seen {
+    fn observation(&self) -> Observation {
         let output = &self.output;
-        Seen {
+        Observation {
             angle_rad: output.angle_rad,
             speed_rad_s: output.speed_rad_s,
             torque_nm: output.torque_nm,

@@ -38,10 +38,10 @@ pub mod task;
 #[cfg(test)]
 mod tests;
 
-use std::sync::Arc;
-
 pub use action::ActionKind;
 pub use task::Task;
+
+use std::sync::Arc;
 
 use armbridge_board::tick::LoopConfig;
 use armbridge_client::refusal_text;
@@ -71,7 +71,7 @@ pub enum Mode {
 
 /// A tick as the policy sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seen {
+pub struct Observation {
     /// Estimated angles in rad.
     pub angle_rad: [f32; JOINTS],
     /// Estimated speeds in rad/s.
@@ -86,7 +86,7 @@ pub struct Seen {
     pub is_driven: bool,
 }
 
-impl From<&Record> for Seen {
+impl From<&Record> for Observation {
     fn from(record: &Record) -> Self {
         let output = &record.output;
         Self {
@@ -160,7 +160,7 @@ pub enum EnvironmentError {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition {
     /// The last tick.
-    pub seen: Seen,
+    pub observation: Observation,
     /// Reward.
     pub reward: f64,
     /// The task has ended, or the board has switched torque off.
@@ -184,7 +184,7 @@ pub struct Environment {
     random: Pcg32,
     target_rad: [f64; JOINTS],
     board: Option<Board>,
-    seen: Option<Seen>,
+    observation: Option<Observation>,
     steps: u32,
 }
 
@@ -213,7 +213,7 @@ impl Environment {
             random: Pcg32::new(0, STREAM),
             target_rad: [0.0; JOINTS],
             board: None,
-            seen: None,
+            observation: None,
             steps: 0,
         })
     }
@@ -249,8 +249,8 @@ impl Environment {
     }
 
     /// The last tick of the present episode.
-    pub fn seen(&self) -> Option<&Seen> {
-        self.seen.as_ref()
+    pub fn observation(&self) -> Option<&Observation> {
+        self.observation.as_ref()
     }
 
     /// True state of a simulated arm, estimated state of another.
@@ -271,7 +271,7 @@ impl Environment {
     ///
     /// # Errors
     /// If the board cannot be armed.
-    pub fn reset(&mut self) -> Result<Seen, EnvironmentError> {
+    pub fn reset(&mut self) -> Result<Observation, EnvironmentError> {
         let Self {
             description,
             random,
@@ -279,35 +279,35 @@ impl Environment {
         } = self;
         let draw: u32 = StandardUniform.sample(random);
         let plant = description.plants[draw as usize % description.plants.len()];
-        let task = description.task.draw(random);
+        let episode = description.task.draw(random);
         let noise: u64 = StandardUniform.sample(random);
         let plant = PlantConfig {
-            initial: State::at_rest(task.start_rad.into()),
+            initial: State::at_rest(episode.start_rad.into()),
             held: true,
             ..plant
         };
         let settings = &description.settings;
-        let (board, seen) = match (self.board.take(), description.mode) {
+        let (board, observation) = match (self.board.take(), description.mode) {
             (Some(Board::Connected(mut board)), _) => {
-                let seen = board.reset(task.start_rad);
-                (Board::Connected(board), seen)
+                let observation = board.reset(episode.start_rad);
+                (Board::Connected(board), observation)
             }
             (_, Mode::Fast) => {
-                let (board, seen) = FastBoard::new(&self.config, plant, noise);
-                (Board::Fast(Box::new(board)), Ok(seen))
+                let (board, observation) = FastBoard::new(&self.config, plant, noise);
+                (Board::Fast(Box::new(board)), Ok(observation))
             }
             (_, Mode::Exact) => {
-                let (board, seen) = ExactBoard::new(settings, plant, noise)?;
-                (Board::Exact(Box::new(board)), Ok(seen))
+                let (board, observation) = ExactBoard::new(settings, plant, noise)?;
+                (Board::Exact(Box::new(board)), Ok(observation))
             }
         };
-        self.seen = None;
+        self.observation = None;
         self.board = Some(board);
-        let seen = seen?;
-        self.target_rad = task.target_rad;
-        self.seen = Some(seen);
+        let observation = observation?;
+        self.target_rad = episode.target_rad;
+        self.observation = Some(observation);
         self.steps = 0;
-        Ok(seen)
+        Ok(observation)
     }
 
     /// Runs a step with this action, see [`ActionKind`].
@@ -326,23 +326,23 @@ impl Environment {
         if !action.iter().all(|value| value.is_finite()) {
             return Err(EnvironmentError::Action(action));
         }
-        if self.seen.is_none() {
+        if self.observation.is_none() {
             return Err(EnvironmentError::NotReset);
         }
         let command = kind.command(action, settings);
-        let seen = match &mut self.board {
+        let observation = match &mut self.board {
             None => return Err(EnvironmentError::NotReset),
             Some(Board::Connected(board)) => board.advance(command, ticks_per_step)?,
             Some(Board::Fast(board)) => board.advance(&command, ticks_per_step),
             Some(Board::Exact(board)) => board.advance(command, ticks_per_step)?,
         };
-        self.seen = Some(seen);
+        self.observation = Some(observation);
         self.steps += 1;
-        let (reward, has_ended) = task.evaluate(&seen, self.target_rad, &settings.limits);
+        let (reward, has_ended) = task.evaluate(&observation, self.target_rad, &settings.limits);
         Ok(Transition {
-            seen,
+            observation,
             reward,
-            is_terminated: has_ended || !seen.is_driven,
+            is_terminated: has_ended || !observation.is_driven,
             is_truncated: self.steps >= steps_max,
         })
     }

@@ -9,7 +9,7 @@ use armbridge_servo::JOINTS;
 use rand_distr::{Distribution, Uniform};
 use rand_pcg::Pcg32;
 
-use super::Seen;
+use super::Observation;
 
 /// Distance in rad at which the reward has fallen to a quarter.
 const SCALE_RAD: f64 = 0.1;
@@ -35,14 +35,14 @@ pub enum Task {
 
 /// Posture and target of an episode, in rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Drawn {
+pub(super) struct Episode {
     pub(super) start_rad: [f64; JOINTS],
     pub(super) target_rad: [f64; JOINTS],
 }
 
 impl Task {
     /// Length of an observation.
-    pub const fn observations(self) -> usize {
+    pub const fn vector_len(self) -> usize {
         match self {
             Self::Balance => 2 * JOINTS,
             Self::Reach => 3 * JOINTS,
@@ -50,40 +50,51 @@ impl Task {
     }
 
     /// Draws an episode.
-    pub(super) fn draw(self, random: &mut Pcg32) -> Drawn {
+    pub(super) fn draw(self, random: &mut Pcg32) -> Episode {
         let mut within = |most: f64| {
             let range = Uniform::new_inclusive(-most, most).expect("a finite range");
             core::array::from_fn(|_| range.sample(random))
         };
         match self {
-            Self::Balance => Drawn {
+            Self::Balance => Episode {
                 start_rad: within(BALANCE_START_RAD),
                 target_rad: [0.0; JOINTS],
             },
-            Self::Reach => Drawn {
+            Self::Reach => Episode {
                 start_rad: within(REACH_RAD),
                 target_rad: within(REACH_RAD),
             },
         }
     }
 
-    /// Writes the observation, [`observations`](Self::observations) numbers: angles in rad, speeds
+    /// Writes the observation, [`vector_len`](Self::vector_len) numbers: angles in rad, speeds
     /// in rad/s, and the target in rad if the task has one.
-    pub fn observe(self, seen: &Seen, target_rad: [f64; JOINTS], into: &mut [f32]) {
+    pub fn write_vector(
+        self,
+        observation: &Observation,
+        target_rad: [f64; JOINTS],
+        into: &mut [f32],
+    ) {
         let target_rad = target_rad.map(|value| value as f32);
-        let all = seen.angle_rad.into_iter();
-        let all = all.chain(seen.speed_rad_s).chain(target_rad);
-        for (place, value) in into.iter_mut().take(self.observations()).zip(all) {
+        let all = observation.angle_rad.into_iter();
+        let all = all.chain(observation.speed_rad_s).chain(target_rad);
+        for (place, value) in into.iter_mut().take(self.vector_len()).zip(all) {
             *place = value;
         }
     }
 
     /// Reward of a step with this last tick, and whether the task has ended.
-    pub fn evaluate(self, seen: &Seen, target_rad: [f64; JOINTS], limits: &Limits) -> (f64, bool) {
-        let angle_rad = seen.angle_rad.map(f64::from);
+    pub fn evaluate(
+        self,
+        observation: &Observation,
+        target_rad: [f64; JOINTS],
+        limits: &Limits,
+    ) -> (f64, bool) {
+        let angle_rad = observation.angle_rad.map(f64::from);
         let [a, b] = [0, 1].map(|joint| angle_rad[joint] - target_rad[joint]);
         let shares = [0, 1].map(|joint| {
-            let share = f64::from(seen.torque_nm[joint]) / f64::from(limits.torque_nm[joint]);
+            let share =
+                f64::from(observation.torque_nm[joint]) / f64::from(limits.torque_nm[joint]);
             share * share
         });
         let effort = f64::midpoint(shares[0], shares[1]);
