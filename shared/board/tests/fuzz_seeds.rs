@@ -46,6 +46,11 @@ fn protocol1() {
 }
 
 #[test]
+fn protocol2() {
+    assert!(feed("protocol2", checks::protocol2::check) >= 14);
+}
+
+#[test]
 fn store() {
     // Miri takes seconds for each save.
     const LONGEST: usize = if cfg!(miri) { 11 } else { 4_096 };
