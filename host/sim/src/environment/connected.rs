@@ -7,7 +7,6 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use armbridge_control::arm::State;
 use armbridge_link::message::{Command, Mode, Record};
 use armbridge_servo::JOINTS;
 
@@ -89,14 +88,5 @@ impl ConnectedBoard {
         wait?;
         let record = self.client.status().record.unwrap_or(Record::NONE);
         Ok(Observation::from(&record))
-    }
-
-    /// Estimated state of the arm: nothing knows the true one.
-    pub(super) fn state(&self) -> State<f64> {
-        let record = self.client.status().record.unwrap_or(Record::NONE);
-        State {
-            q: record.output.angle_rad.map(f64::from).into(),
-            dq: record.output.speed_rad_s.map(f64::from).into(),
-        }
     }
 }

@@ -7,6 +7,7 @@
 
 use armbridge_board::bridge::Channels;
 use armbridge_client::error::SessionError;
+use armbridge_client::params::settings_exchange::commands;
 use armbridge_client::session::{ARM_TIMEOUT_US, Request, SERVO_TIMEOUT_US, Session};
 use armbridge_client::{Host, refusal_text};
 use armbridge_control::arm::State;
@@ -110,10 +111,7 @@ impl ExactBoard {
         })?;
         let mut board = Self { cell };
         let record = board.with(|cosim| {
-            for command in [
-                Command::Configure(settings.setup),
-                Command::Limit(settings.limits),
-            ] {
+            for command in commands(&Settings::default(), settings, false) {
                 request(cosim, Request::Command(command))?;
             }
             arm(cosim)?;

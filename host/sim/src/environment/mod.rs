@@ -253,13 +253,13 @@ impl Environment {
         self.observation.as_ref()
     }
 
-    /// True state of a simulated arm, estimated state of another.
+    /// True state of a simulated arm in the present episode.
     pub fn true_state(&self) -> Option<State<f64>> {
-        self.board.as_ref().map(|board| match board {
-            Board::Exact(board) => board.true_state(),
-            Board::Fast(board) => board.true_state(),
-            Board::Connected(board) => board.state(),
-        })
+        match self.board.as_ref()? {
+            Board::Exact(board) => Some(board.true_state()),
+            Board::Fast(board) => Some(board.true_state()),
+            Board::Connected(_) => None,
+        }
     }
 
     /// Seeds the generator of the next episodes.
@@ -287,6 +287,7 @@ impl Environment {
             ..plant
         };
         let settings = &description.settings;
+        self.observation = None;
         let (board, observation) = match (self.board.take(), description.mode) {
             (Some(Board::Connected(mut board)), _) => {
                 let observation = board.reset(episode.start_rad);
@@ -301,7 +302,6 @@ impl Environment {
                 (Board::Exact(Box::new(board)), Ok(observation))
             }
         };
-        self.observation = None;
         self.board = Some(board);
         let observation = observation?;
         self.target_rad = episode.target_rad;
@@ -326,15 +326,14 @@ impl Environment {
         if !action.iter().all(|value| value.is_finite()) {
             return Err(EnvironmentError::Action(action));
         }
-        if self.observation.is_none() {
+        let (Some(board), Some(_)) = (&mut self.board, self.observation) else {
             return Err(EnvironmentError::NotReset);
-        }
+        };
         let command = kind.command(action, settings);
-        let observation = match &mut self.board {
-            None => return Err(EnvironmentError::NotReset),
-            Some(Board::Connected(board)) => board.advance(command, ticks_per_step)?,
-            Some(Board::Fast(board)) => board.advance(&command, ticks_per_step),
-            Some(Board::Exact(board)) => board.advance(command, ticks_per_step)?,
+        let observation = match board {
+            Board::Connected(board) => board.advance(command, ticks_per_step)?,
+            Board::Fast(board) => board.advance(&command, ticks_per_step),
+            Board::Exact(board) => board.advance(command, ticks_per_step)?,
         };
         self.observation = Some(observation);
         self.steps += 1;
