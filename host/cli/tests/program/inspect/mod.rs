@@ -5,6 +5,7 @@ mod figures;
 #[cfg(target_os = "linux")]
 mod memory;
 mod program;
+mod robot_description;
 
 use std::path::PathBuf;
 
