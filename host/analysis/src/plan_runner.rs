@@ -42,6 +42,9 @@ use outcome::StopMonitor;
 use plan::Action;
 use timeline::{Due, Timeline};
 
+/// Most time in µs from a tick to the arrival of its record, on a link that keeps up.
+const RECORD_DELAY_US: u64 = 20_000;
+
 #[derive(Debug)]
 enum Phase {
     Connecting,
@@ -86,6 +89,8 @@ pub struct PlanRunner<K = AllRecords> {
     idle_since_us: Option<u64>,
     received_us: u64,
     begun_us: Option<u64>,
+    /// Tick of the last record on the board's clock, at the beginning and now.
+    board_us: [u64; 2],
     mode: Mode,
     /// Pushes and leads the simulated arm.
     hands: Option<Sender<Interaction>>,
@@ -135,6 +140,7 @@ impl<K: RecordSink> PlanRunner<K> {
             idle_since_us: None,
             received_us: 0,
             begun_us: None,
+            board_us: [0; 2],
             mode: Mode::Boot,
             hands: None,
             ending: None,
@@ -175,12 +181,13 @@ impl<K: RecordSink> PlanRunner<K> {
     }
 
     fn run(&mut self, now_us: u64) {
+        let is_board_behind = self.is_board_behind();
         let Phase::Running(timeline) = &mut self.phase else {
             return;
         };
         let since_us = timeline.since_us;
         let elapsed_us = now_us.saturating_sub(since_us);
-        if elapsed_us >= self.plan.stop.after_us {
+        if elapsed_us >= self.plan.stop.after_us && !is_board_behind {
             self.end(now_us, Ending::Time);
         } else if now_us.saturating_sub(self.received_us) > ANSWER_TIMEOUT_US {
             self.give_up(now_us, SessionError::Silent.into());
@@ -199,6 +206,13 @@ impl<K: RecordSink> PlanRunner<K> {
                 Some(Due::Step(action)) => self.perform(now_us, action),
             }
         }
+    }
+
+    /// Whether the run's time is not over on the board's clock: an emulated processor that gets
+    /// too little of the host's time falls behind.
+    fn is_board_behind(&self) -> bool {
+        let [begun_us, last_us] = self.board_us;
+        last_us.saturating_sub(begun_us) + RECORD_DELAY_US < self.plan.stop.after_us
     }
 
     fn perform(&mut self, now_us: u64, action: Action) {
@@ -281,7 +295,13 @@ impl<K: RecordSink> Host for PlanRunner<K> {
     fn wake_at_us(&self) -> u64 {
         let due_us = match &self.phase {
             Phase::Running(timeline) => {
-                let over_us = self.plan.stop.after_us;
+                let over_us = match self.is_board_behind() {
+                    // The next look at the clocks, unless a record comes first.
+                    true => (self.received_us + RECORD_DELAY_US)
+                        .saturating_sub(timeline.since_us)
+                        .max(self.plan.stop.after_us),
+                    false => self.plan.stop.after_us,
+                };
                 let next_us = timeline.due_us(&self.plan.steps);
                 // An unacknowledged command is waited for.
                 let next_us = next_us.filter(|_| self.session.is_settled());

@@ -160,6 +160,7 @@ impl<K: RecordSink> PlanRunner<K> {
     fn begin(&mut self, now_us: u64) {
         self.is_armed = true;
         self.begun_us.get_or_insert(now_us);
+        self.board_us[0] = self.board_us[1];
         self.begun_with = self.settings.map(|[_, last]| last);
         if let Some(hands) = &self.hands {
             let now_ns = now_us * 1_000;
@@ -202,6 +203,7 @@ impl<K: RecordSink> PlanRunner<K> {
     fn on_record(&mut self, now_us: u64, record: &Record) -> Result<(), PlanError> {
         self.mode = record.mode;
         self.clock_offset.update(now_us, record.input.start_us);
+        self.board_us[1] = record.input.start_us;
         if matches!(self.phase, Phase::CheckingMotors)
             && (record.mode == Mode::Armed || matches!(record.mode, Mode::Fault(_)))
         {
