@@ -595,20 +595,9 @@ class Environment:
 
 @final
 class Environments:
-    """Many environments, which are stepped on all processors."""
+    """So many environments like another one, which are stepped on all processors."""
 
-    def __new__(
-        cls,
-        count: int,
-        task: str,
-        *,
-        mode: str = "fast",
-        action: str = "torque",
-        settings: Mapping[str, _Value] | None = None,
-        plant: str | Plant | Sequence[str | Plant] | None = None,
-        ticks: int = 20,
-        steps: int = 250,
-    ) -> Self: ...
+    def __new__(cls, environment: Environment, count: int) -> Self: ...
     def reset(self, seeds: Sequence[int | None]) -> NDArray[np.float32]:
         """Begins an episode in each; `seeds` has one for each, or None."""
 

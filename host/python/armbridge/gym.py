@@ -92,7 +92,7 @@ class ArmVectorEnv(gym.vector.VectorEnv[NDArray[np.float32], NDArray[np.float32]
 
     def __init__(self, num_envs: int, task: str, **options: Any) -> None:
         one = Environment(task, **options)
-        self._envs = Environments(num_envs, task, **options)
+        self._envs = Environments(one, num_envs)
         self.num_envs = num_envs
         self.single_observation_space, self.single_action_space = _spaces(one)
         self.observation_space = batch_space(self.single_observation_space, num_envs)

@@ -49,7 +49,6 @@ enum Plants {
 }
 
 /// Describes environments, with the settings of the set-up that holds best where none are given.
-#[allow(clippy::too_many_arguments, reason = "keywords of Python")]
 fn description(
     task: &str,
     mode: &str,
@@ -106,6 +105,7 @@ fn to_error(error: &EnvironmentError) -> PyErr {
         EnvironmentError::NoPlant
         | EnvironmentError::Ticks { .. }
         | EnvironmentError::Action(_)
+        | EnvironmentError::OneBoard
         | EnvironmentError::Settings(_) => value_error(error),
         EnvironmentError::NotReset | EnvironmentError::Exact(_) => {
             PyRuntimeError::new_err(error.to_string())
@@ -242,7 +242,7 @@ impl PyEnvironment {
     }
 }
 
-/// Many environments, which are stepped on all processors.
+/// So many environments like another one, which are stepped on all processors.
 #[pyclass(frozen, name = "Environments", module = "armbridge")]
 pub(crate) struct PyEnvironments {
     batch: Mutex<Batch>,
@@ -259,24 +259,10 @@ fn vectors<'a>(batch: &Batch, observations: impl Iterator<Item = &'a Observation
 #[pymethods]
 impl PyEnvironments {
     #[new]
-    #[pyo3(signature = (count, task, *, mode = "fast", action = "torque", settings = None, plant = None, ticks = 20, steps = 250))]
-    #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
-    fn new(
-        count: usize,
-        task: &str,
-        mode: &str,
-        action: &str,
-        settings: Option<&Bound<'_, PyDict>>,
-        plant: Option<Plants>,
-        ticks: u32,
-        steps: u32,
-    ) -> PyResult<Self> {
-        let description = description(task, mode, action, settings, plant, ticks, steps)?;
-        let all = (0..count).map(|_| Environment::new(description.clone()));
-        let all: Result<Vec<_>, _> = all.collect();
-        let all = all.map_err(|error| to_error(&error))?;
+    fn new(environment: &PyEnvironment, py: Python<'_>, count: usize) -> PyResult<Self> {
+        let batch = environment.with(py, |environment| Batch::new(environment, count));
         Ok(Self {
-            batch: Mutex::new(Batch::new(all)),
+            batch: Mutex::new(batch.map_err(|error| to_error(&error))?),
             count,
         })
     }

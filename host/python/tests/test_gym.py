@@ -149,6 +149,8 @@ def test_a_connected_board_has_the_same_spaces_and_limits() -> None:
             assert not terminated
         # The controller of its own settings does not know the friction.
         assert reward > 0.3
+        with pytest.raises(ValueError, match="a connected board is one environment"):
+            gym.make_vec(IDS[1], num_envs=2, vectorization_mode="vector_entry_point", board=board)
         board.stop()
         _, _, terminated, _, info = env.step(observation[4:])
         assert terminated and info["fault"] is not None
@@ -183,7 +185,7 @@ def test_what_is_no_action_is_an_error() -> None:
     for options, match in wrong:
         with pytest.raises(ValueError, match=match):
             make(IDS[0], **options)
-    many = ab._native.Environments(2, "reach")
+    many = ab._native.Environments(make(IDS[1])._env, 2)
     with pytest.raises(ValueError, match="expected 2 seeds"):
         many.reset([1])
     many.reset([1, 2])

@@ -49,8 +49,8 @@ fn main() {
         let mean = reward / f64::from(steps);
         println!("{name}: {per_s:.0} ticks a second, mean reward {mean:.3}");
     }
-    let many = (0..64).map(|_| Environment::new(description(Mode::Fast)).expect("an environment"));
-    let mut batch = Batch::new(many.collect());
+    let environment = Environment::new(description(Mode::Fast)).expect("an environment");
+    let mut batch = Batch::new(&environment, 64).expect("simulated ones");
     batch.reset(&[Some(1); 64]).expect("episodes");
     let begun = Instant::now();
     for _ in 0..500 {

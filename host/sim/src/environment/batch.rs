@@ -19,13 +19,17 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// These environments.
-    pub fn new(environments: Vec<Environment>) -> Self {
-        Self {
-            ended: vec![true; environments.len()],
+    /// So many environments of this description.
+    ///
+    /// # Errors
+    /// If it is on a connected board.
+    pub fn new(environment: &Environment, count: usize) -> Result<Self, EnvironmentError> {
+        let environments = (0..count).map(|_| environment.another());
+        Ok(Self {
+            environments: environments.collect::<Result<_, _>>()?,
+            ended: vec![true; count],
             threads: thread::available_parallelism().map_or(1, usize::from),
-            environments,
-        }
+        })
     }
 
     /// The environments.

@@ -145,6 +145,9 @@ pub enum EnvironmentError {
     /// No episode has begun.
     #[error("call reset before step: no episode is under way")]
     NotReset,
+    /// More than one environment on a connected board.
+    #[error("a connected board is one environment; many at once are simulated")]
+    OneBoard,
     /// The board cannot have these settings.
     #[error("the board refuses these settings: {}", refusal_text::in_words(*.0))]
     Settings(Refusal),
@@ -207,15 +210,33 @@ impl Environment {
         if !(1..=most).contains(&ticks) {
             return Err(EnvironmentError::Ticks { ticks, most });
         }
-        Ok(Self {
+        Ok(Self::before_first_episode(description, &config))
+    }
+
+    fn before_first_episode(description: Description, config: &LoopConfig) -> Self {
+        Self {
             description,
-            config,
+            config: *config,
             random: Pcg32::new(0, STREAM),
             target_rad: [0.0; JOINTS],
             board: None,
             observation: None,
             steps: 0,
-        })
+        }
+    }
+
+    /// Another environment of this description, before its first episode.
+    ///
+    /// # Errors
+    /// If this one is on a connected board.
+    pub fn another(&self) -> Result<Self, EnvironmentError> {
+        match self.board {
+            Some(Board::Connected(_)) => Err(EnvironmentError::OneBoard),
+            _ => Ok(Self::before_first_episode(
+                self.description.clone(),
+                &self.config,
+            )),
+        }
     }
 
     /// An environment on a connected board with its own settings; mode and arms of the description
