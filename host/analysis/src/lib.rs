@@ -15,6 +15,7 @@
 //! | [`design`]              | a set-up's gain, poles, margins and step response            |
 //! | [`identify`]            | identification of an arm's model from logs                   |
 //! | [`levenberg_marquardt`] | least squares of functions that are not linear               |
+//! | [`pendulum`]            | identification of a real servo on a pendulum                 |
 //! | [`html`]                | parts of pages                                               |
 #![forbid(unsafe_code)]
 
@@ -23,6 +24,7 @@ pub mod html;
 pub mod identify;
 pub mod levenberg_marquardt;
 pub mod monte_carlo;
+pub mod pendulum;
 pub mod plan_runner;
 pub mod plot;
 pub mod progress;

@@ -6,7 +6,7 @@
 //! [`Outcome`] has the performance figures. Equal trials with equal seeds are
 //! equal to the bit, so two results differ only because their trials do.
 
-mod batch;
+pub(crate) mod batch;
 mod maneuver;
 mod outcome;
 mod table;

@@ -3,6 +3,7 @@
 mod apply;
 mod output;
 mod paper;
+mod pendulum;
 mod preview;
 mod run;
 
@@ -27,7 +28,8 @@ Examples:
   armbridge identify fit runs/*-multisine runs/*-staircase runs/*-stiction
   armbridge identify fit run.mcap --out arm.toml
   armbridge params --from arm.toml --save
-  armbridge identify paper";
+  armbridge identify paper
+  armbridge identify pendulum raw/*.json";
 
 /// An arm's parameters, from its logs.
 #[derive(Args, Debug)]
@@ -47,6 +49,9 @@ pub(crate) enum Identify {
     /// Repeat the paper's identification, and explain its two friction values.
     #[command(after_help = paper::EXAMPLES)]
     Paper(paper::PaperArgs),
+    /// Fit one servo on a pendulum to public recordings of a real one.
+    #[command(after_help = pendulum::EXAMPLES)]
+    Pendulum(pendulum::PendulumArgs),
 }
 
 pub(crate) const FIT_EXAMPLES: &str = "\
@@ -112,6 +117,7 @@ pub(crate) fn run(args: &IdentifyArgs) -> Outcome {
             outcome => outcome,
         },
         Identify::Paper(args) => paper::run(args),
+        Identify::Pendulum(args) => pendulum::run(args),
     }
 }
 
