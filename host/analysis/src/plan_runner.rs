@@ -295,13 +295,12 @@ impl<K: RecordSink> Host for PlanRunner<K> {
     fn wake_at_us(&self) -> u64 {
         let due_us = match &self.phase {
             Phase::Running(timeline) => {
-                let over_us = match self.is_board_behind() {
+                let mut over_us = self.plan.stop.after_us;
+                if self.is_board_behind() {
                     // The next look at the clocks, unless a record comes first.
-                    true => (self.received_us + RECORD_DELAY_US)
-                        .saturating_sub(timeline.since_us)
-                        .max(self.plan.stop.after_us),
-                    false => self.plan.stop.after_us,
-                };
+                    let look_us = self.received_us + RECORD_DELAY_US;
+                    over_us = over_us.max(look_us.saturating_sub(timeline.since_us));
+                }
                 let next_us = timeline.due_us(&self.plan.steps);
                 // An unacknowledged command is waited for.
                 let next_us = next_us.filter(|_| self.session.is_settled());

@@ -49,7 +49,7 @@ impl Partition {
         let mut gains: Vec<f64> = recordings.iter().map(|it| it.gain).collect();
         gains.sort_by(f64::total_cmp);
         gains.dedup();
-        let mut trajectories: Vec<&str> = recordings.iter().map(|it| it.trajectory()).collect();
+        let mut trajectories: Vec<&str> = recordings.iter().map(Recording::trajectory).collect();
         trajectories.sort_unstable();
         trajectories.dedup();
         let by_gain = [0, 1].map(|first| {

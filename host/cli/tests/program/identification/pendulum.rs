@@ -127,6 +127,8 @@ fn a_simulated_servo_is_identified_and_load_friction_told_from_coulomb_friction(
     }
 }
 
+type Change = fn(&mut Value);
+
 #[test]
 fn files_that_are_no_recordings_are_named_with_what_is_wrong() {
     let program = Program::new("pendulum-refused");
@@ -139,7 +141,6 @@ fn files_that_are_no_recordings_are_named_with_what_is_wrong() {
             })).collect::<Vec<_>>(),
         })
     };
-    type Change = fn(&mut Value);
     let changes: [(Change, &str); 9] = [
         (|run| *run = json!([1, 2]), "no key \"mass\""),
         (
