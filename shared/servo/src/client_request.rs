@@ -41,7 +41,7 @@ pub struct ClientRequest<'a> {
     /// Bytes of the packet.
     pub bytes: &'a [u8],
     /// Bytes of all replies, and the longest time until they begin in µs.
-    expected: (u8, u32),
+    expected: (u16, u32),
     /// Whether the source is an address of a master.
     is_from_master: bool,
     /// Whether the packet is longer than any may be.

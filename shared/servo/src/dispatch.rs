@@ -37,7 +37,7 @@ impl Firmware {
     }
 
     /// Bytes of a reply to [`Firmware::ping_query`].
-    pub(super) const fn pong_bytes(self) -> u8 {
+    pub(super) const fn pong_bytes(self) -> u16 {
         with_protocol!(self, P => P::PONG_BYTES)
     }
 
@@ -47,12 +47,12 @@ impl Firmware {
     }
 
     /// Bytes of a servo's registers, from address 0 on.
-    pub const fn memory_bytes(self) -> u8 {
+    pub const fn memory_bytes(self) -> u16 {
         with_protocol!(self, P => P::MEMORY_BYTES)
     }
 
     /// Address of the two-byte position, if no READ may begin there.
-    pub const fn unreadable(self) -> Option<u8> {
+    pub const fn unreadable(self) -> Option<u16> {
         with_protocol!(self, P => P::UNREADABLE)
     }
 
@@ -61,13 +61,9 @@ impl Firmware {
         with_protocol!(self, P => P::REFUSAL)
     }
 
-    /// Whether a register has bytes on both sides of the start of this one.
-    pub fn splits_register(self, address: u8) -> bool {
-        let words = with_protocol!(self, P => P::WORDS);
-        let before = address.checked_sub(1).map(u32::from);
-        before
-            .and_then(|before| words.checked_shr(before))
-            .is_some_and(|words| words & 1 == 1)
+    /// Address of the first byte of the register that has a byte at `address`.
+    pub fn register_start(self, address: u16) -> u16 {
+        with_protocol!(self, P => P::register_start(address))
     }
 
     /// Whether a servo can have this id.
@@ -106,18 +102,18 @@ impl Firmware {
 
     /// Query that reads registers; `None` if the servo has not all of them, if no single
     /// READ may have them, or if the packet is longer than `N`.
-    pub fn read_query<const N: usize>(self, id: u8, address: u8, count: u8) -> Option<Query<N>> {
+    pub fn read_query<const N: usize>(self, id: u8, address: u16, count: u16) -> Option<Query<N>> {
         with_protocol!(self, P => P::read_query(id, address, count))
     }
 
     /// Contents of the registers of [`Firmware::read_query`], from the data of a reply;
     /// `None` if that is no reply to the query.
-    pub fn read_reply(self, address: u8, count: u8, data: &[u8]) -> Option<&[u8]> {
+    pub fn read_reply(self, address: u16, count: u16, data: &[u8]) -> Option<&[u8]> {
         with_protocol!(self, P => P::read_reply(address, count, data))
     }
 
     /// Number of registers that a READ must have before the one at `address`.
-    pub fn lead_bytes(self, address: u8) -> u8 {
+    pub fn lead_bytes(self, address: u16) -> u16 {
         with_protocol!(self, P => P::lead_bytes(address))
     }
 

@@ -12,21 +12,21 @@ pub enum Instruction<'a> {
     /// Reads registers.
     Read {
         /// First register.
-        address: u8,
+        address: u16,
         /// Number of bytes.
-        count: u8,
+        count: u16,
     },
     /// Writes registers.
     Write {
         /// First register.
-        address: u8,
+        address: u16,
         /// New contents.
         data: &'a [u8],
     },
     /// Writes registers when [`Instruction::Action`] comes.
     RegWrite {
         /// First register.
-        address: u8,
+        address: u16,
         /// New contents.
         data: &'a [u8],
     },
@@ -37,9 +37,9 @@ pub enum Instruction<'a> {
     /// Writes the same registers of several servos. Always to all, never answered.
     SyncWrite {
         /// First register, in every servo.
-        address: u8,
+        address: u16,
         /// Bytes per servo.
-        count: u8,
+        count: u16,
         /// Id and bytes, servo by servo: see [`SyncBlocks`].
         blocks: &'a [u8],
     },
@@ -67,7 +67,7 @@ pub struct SyncBlocks<'a>(core::slice::ChunksExact<'a, u8>);
 
 impl<'a> SyncBlocks<'a> {
     /// Splits `blocks` into those of the servos, `count` bytes each.
-    pub fn new(count: u8, blocks: &'a [u8]) -> Self {
+    pub fn new(count: u16, blocks: &'a [u8]) -> Self {
         Self(blocks.chunks_exact(usize::from(count) + 1))
     }
 }

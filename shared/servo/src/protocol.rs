@@ -72,7 +72,7 @@ pub trait Protocol: Clone + Debug {
     /// Bytes of the longest packet that may be on a bus.
     const FRAME_MAX: usize;
     /// Bytes of a reply to [`Protocol::ping_query`].
-    const PONG_BYTES: u8;
+    const PONG_BYTES: u16;
     /// Bytes of the longest reply that the master decodes in a tick.
     const TICK_REPLY_MAX: usize;
     /// Destination of a packet to all servos.
@@ -80,15 +80,13 @@ pub trait Protocol: Clone + Debug {
     /// Destination of replies to the bridge, where replies have one.
     const MASTER: Option<u8>;
     /// Bytes of a servo's registers, from address 0 on.
-    const MEMORY_BYTES: u8;
-    /// Registers of two bytes: bit n is set if one begins at address n.
-    const WORDS: u64;
+    const MEMORY_BYTES: u16;
     /// Address of the temperature, low byte first, and its number of bytes.
-    const TEMPERATURE: (u8, u8);
+    const TEMPERATURE: (u16, u16);
     /// Address of the byte that enables torque, if there is one.
-    const TORQUE_ENABLE: Option<u8>;
+    const TORQUE_ENABLE: Option<u16>;
     /// Address of the two-byte position, if no READ may begin there.
-    const UNREADABLE: Option<u8>;
+    const UNREADABLE: Option<u16>;
     /// Data of a reply that rejects a request.
     const REFUSAL: &'static [u8];
 
@@ -124,7 +122,7 @@ pub trait Protocol: Clone + Debug {
 
     /// Bytes of all reply packets to an instruction, and the longest time until
     /// they begin, in µs; no bytes if none is sent.
-    fn expected(instruction: Result<Instruction, DecodeError>, is_broadcast: bool) -> (u8, u32);
+    fn expected(instruction: Result<Instruction, DecodeError>, is_broadcast: bool) -> (u16, u32);
 
     /// Query of the presence test.
     fn ping_query(servo: ServoId) -> Query;
@@ -137,14 +135,17 @@ pub trait Protocol: Clone + Debug {
 
     /// Query that reads registers; `None` if the servo has not all of them, if no single
     /// READ may have them, or if the packet is longer than `N`.
-    fn read_query<const N: usize>(id: u8, address: u8, count: u8) -> Option<Query<N>>;
+    fn read_query<const N: usize>(id: u8, address: u16, count: u16) -> Option<Query<N>>;
 
     /// Contents of the registers of [`Protocol::read_query`], from the data of a reply;
     /// `None` if that is no reply to the query.
-    fn read_reply(address: u8, count: u8, data: &[u8]) -> Option<&[u8]>;
+    fn read_reply(address: u16, count: u16, data: &[u8]) -> Option<&[u8]>;
 
     /// Number of registers that a READ must have before the one at `address`.
-    fn lead_bytes(address: u8) -> u8;
+    fn lead_bytes(address: u16) -> u16;
+
+    /// Address of the first byte of the register that has a byte at `address`.
+    fn register_start(address: u16) -> u16;
 
     /// Query that shows whether the motor is off.
     fn off_query(servo: ServoId) -> Query;
@@ -152,6 +153,17 @@ pub trait Protocol: Clone + Debug {
     /// Whether the motor is off, from the data of the reply to
     /// [`Protocol::off_query`]; `None` if that is no reply to the query.
     fn decode_off(data: &[u8]) -> Option<bool>;
+}
+
+/// Address of the first byte of the register that has a byte at `address`, where no register has
+/// more than two bytes; bit n of `words` is set if one of two begins at address n.
+pub(super) fn word_start(words: u64, address: u16) -> u16 {
+    let before = address.checked_sub(1);
+    let has_word = |before: &u16| {
+        let shifted = words.checked_shr(u32::from(*before));
+        shifted.is_some_and(|words| words & 1 == 1)
+    };
+    before.filter(has_word).unwrap_or(address)
 }
 
 /// Parser of packets of up to `N` bytes in a stream, one byte at a time.

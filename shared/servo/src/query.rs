@@ -9,7 +9,7 @@ pub struct ExpectedReply {
     /// Servo that replies; a reply of any other is not accepted.
     pub id: u8,
     /// Bytes of the whole reply packet; 0 if there will be none.
-    pub reply_bytes: u8,
+    pub reply_bytes: u16,
     /// Longest time in µs from the end of the packet to the start of the reply.
     pub latency_us: u32,
 }
@@ -31,7 +31,7 @@ pub struct Query<const N: usize = REQUEST_MAX> {
     /// Servo that replies.
     pub id: u8,
     /// Bytes of the whole reply packet; 0 if there will be none.
-    pub reply_bytes: u8,
+    pub reply_bytes: u16,
 }
 
 impl<const N: usize> Query<N> {

@@ -143,7 +143,7 @@ impl Run {
             5 => {
                 let request = ExpectedReply {
                     id: script.next()?,
-                    reply_bytes: script.next()?,
+                    reply_bytes: script.next()?.into(),
                     latency_us: LATENCY_US,
                 };
                 let count = usize::from(script.next()? % 32);

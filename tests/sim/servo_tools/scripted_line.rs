@@ -100,7 +100,7 @@ pub(crate) fn client<B: Bus>(line: &mut FakeLine<B>) -> BusMaster<&mut FakeLine<
 pub(crate) struct Stock {
     pub(crate) memory: [u8; 50],
     /// Registers that do not take what is written.
-    pub(crate) stubborn: Vec<u8>,
+    pub(crate) stubborn: Vec<u16>,
 }
 
 impl Stock {

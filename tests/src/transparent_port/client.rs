@@ -293,7 +293,7 @@ fn curious_morpheus(id: u8, questions: &mut Vec<Question>) {
         let count = register.size.bytes();
         ask(
             id,
-            &[2, register.address, count],
+            &[2, register.address as u8, count as u8],
             Expected::Data(id, count.into()),
         );
     }

@@ -230,7 +230,7 @@ fn write<L: Line>(
 fn find(firmware: Firmware, name: &str) -> Result<&'static Register, Error> {
     let table = Table::for_firmware(firmware);
     let by_address = || {
-        let address = register_value(name).ok()?.try_into().ok()?;
+        let address = register_value(name).ok()?;
         table.at(address)
     };
     table.by_name(name).or_else(by_address).ok_or_else(|| {

@@ -70,9 +70,12 @@ impl Request {
     }
 
     /// Reads this many bytes. `None` where no servo has them, or there is no safe READ.
-    pub fn read(firmware: Firmware, id: u8, address: u8, count: u8) -> Option<Self> {
+    pub fn read(firmware: Firmware, id: u8, address: u16, count: u16) -> Option<Self> {
         let plan = match firmware {
-            Firmware::Morpheus => Some(safe_read::plan(address, count).ok()?),
+            Firmware::Morpheus => {
+                let [address, count] = [address, count].map(u8::try_from);
+                Some(safe_read::plan(address.ok()?, count.ok()?).ok()?)
+            }
             Firmware::Stock => None,
         };
         let bytes = match plan {
@@ -89,7 +92,10 @@ impl Request {
         let data = register.bytes_of(value);
         let address = register.address;
         let bytes = match firmware {
-            Firmware::Morpheus => morpheus(id, &[&[WRITE, address], data.as_slice()].concat())?,
+            Firmware::Morpheus => {
+                let head = [WRITE, u8::try_from(address).ok()?];
+                morpheus(id, &[&head, data.as_slice()].concat())?
+            }
             Firmware::Stock => stock(
                 id,
                 &Instruction::Write {

@@ -109,7 +109,7 @@ impl<'a, L: Line> Servo<'a, L> {
         let table = Table::for_firmware(self.firmware);
         // Ranges of one READ each: first address and length. A Morpheus servo's position
         // is between them.
-        let spans: &[(u8, u8)] = match self.firmware {
+        let spans: &[(u16, u16)] = match self.firmware {
             Firmware::Morpheus => &[(0x00, 11), (0x0C, 6)],
             Firmware::Stock => &[(0, table.size)],
         };
@@ -305,7 +305,7 @@ impl<'a, L: Line> Servo<'a, L> {
         })
     }
 
-    fn bytes(&mut self, address: u8, count: u8) -> Result<Vec<u8>, ServoError> {
+    fn bytes(&mut self, address: u16, count: u16) -> Result<Vec<u8>, ServoError> {
         let request = Request::read(self.firmware, self.id, address, count);
         let request = request.ok_or_else(|| self.failed(BusError::NoRequest))?;
         match self.client.request_with_retries(&request) {
@@ -324,7 +324,7 @@ impl<'a, L: Line> Servo<'a, L> {
         matches!(self.client.ping(self.firmware, self.id), Ok(Some(_)))
     }
 
-    fn reading(&self, register: &'static Register, bytes: &[u8], from: u8) -> Reading {
+    fn reading(&self, register: &'static Register, bytes: &[u8], from: u16) -> Reading {
         let value = register.value_in(bytes, from).unwrap_or_default();
         let is_low_byte = self.firmware == Firmware::Morpheus && register.name == "pwm";
         Reading {

@@ -22,7 +22,7 @@ use core::ops::RangeInclusive;
 #[derive(Debug, PartialEq, Eq)]
 pub struct Table {
     /// Bytes from address 0 to the last, gaps included.
-    pub size: u8,
+    pub size: u16,
     /// In the order of their addresses, without overlap.
     pub registers: &'static [Register],
 }
@@ -31,7 +31,7 @@ pub struct Table {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Register {
     /// Address of its (low) byte.
-    pub address: u8,
+    pub address: u16,
     /// One byte or two.
     pub size: Size,
     /// In snake case, as on the command line.
@@ -59,7 +59,7 @@ pub enum Size {
 
 impl Size {
     /// As a number.
-    pub const fn bytes(self) -> u8 {
+    pub const fn bytes(self) -> u16 {
         match self {
             Self::Byte => 1,
             Self::Word => 2,
@@ -131,7 +131,7 @@ impl Table {
     }
 
     /// The register whose first byte is at this address.
-    pub fn at(&self, address: u8) -> Option<&'static Register> {
+    pub fn at(&self, address: u16) -> Option<&'static Register> {
         self.registers
             .iter()
             .find(|register| register.address == address)
@@ -140,12 +140,12 @@ impl Table {
 
 impl Register {
     /// The address after its last byte.
-    pub const fn end(&self) -> u8 {
+    pub const fn end(&self) -> u16 {
         self.address + self.size.bytes()
     }
 
     /// Its value in a copy of the servo's memory from address `from` on.
-    pub fn value_in(&self, memory: &[u8], from: u8) -> Option<u16> {
+    pub fn value_in(&self, memory: &[u8], from: u16) -> Option<u16> {
         let start = usize::from(self.address.checked_sub(from)?);
         let bytes = memory.get(start..start + usize::from(self.size.bytes()))?;
         Some(
@@ -174,7 +174,7 @@ impl Register {
 /// A row of a table.
 #[expect(clippy::too_many_arguments, reason = "a row of a table")]
 const fn row(
-    address: u8,
+    address: u16,
     size: Size,
     name: &'static str,
     access: Access,
@@ -265,12 +265,12 @@ mod tests {
         for firmware in Firmware::ALL {
             let table = Table::for_firmware(firmware);
             assert_eq!(firmware.memory_bytes(), table.size);
-            for address in 0..=u8::MAX {
-                let is_split = table
-                    .registers
-                    .iter()
-                    .any(|register| register.address < address && address < register.end());
-                assert_eq!(firmware.splits_register(address), is_split, "{address}");
+            for address in 0..table.size {
+                let has =
+                    |register: &&Register| (register.address..register.end()).contains(&address);
+                let register = table.registers.iter().find(has);
+                let start = register.map_or(address, |register| register.address);
+                assert_eq!(firmware.register_start(address), start, "{address}");
             }
         }
         let names = [

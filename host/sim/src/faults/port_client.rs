@@ -240,16 +240,16 @@ impl Method {
     }
 
     /// Packet that writes a servo's registers from `address` on.
-    fn write(self, id: u8, address: u8, data: &[u8]) -> Vec<u8> {
+    fn write(self, id: u8, address: u16, data: &[u8]) -> Vec<u8> {
         match self.firmware() {
-            Firmware::Morpheus => morpheus(id, &[&[3, address], data].concat()),
+            Firmware::Morpheus => morpheus(id, &[&[3, address as u8], data].concat()),
             Firmware::Stock => stock(id, &Instruction::Write { address, data }),
         }
     }
 }
 
 /// Packet that writes a register of two bytes of both stock servos.
-fn sync_write(address: u8, value: u16) -> Vec<u8> {
+fn sync_write(address: u16, value: u16) -> Vec<u8> {
     let [low, high] = value.to_le_bytes();
     let write = Instruction::SyncWrite {
         address,

@@ -49,7 +49,7 @@ impl Packet {
 }
 
 /// A pending write: until ACTION, or until its status packet has been sent.
-pub(super) type Write = (u8, Vec<u8>);
+pub(super) type Write = (u16, Vec<u8>);
 
 /// Action after the status packet.
 #[derive(Clone, Debug)]
@@ -91,7 +91,7 @@ impl Execution {
         Self::new(ReplyLevel::All, latency::PING_NS, alarms)
     }
 
-    fn write(alarms: Alarms, address: u8, data: &[u8]) -> Self {
+    fn write(alarms: Alarms, address: u16, data: &[u8]) -> Self {
         let latency_ns = latency::WRITE_NS + latency::WRITE_BYTE_NS * data.len() as u64;
         let write = || Deferred::Write((address, data.to_vec()));
         Self {
@@ -198,7 +198,7 @@ impl Ax12a {
         })
     }
 
-    fn read(&self, address: u8, count: u8) -> Execution {
+    fn read(&self, address: u16, count: u16) -> Execution {
         let bytes = self.memory.read(address, count).filter(|_| count > 0);
         let alarms = match bytes {
             Some(_) => Alarms::NONE,

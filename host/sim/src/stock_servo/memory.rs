@@ -14,7 +14,7 @@ pub(super) const SIZE: usize = AX12A.size as usize;
 /// First address of the RAM; the bytes below are persistent.
 const RAM: u8 = at::TORQUE_ENABLE;
 /// Registers that can still be written when [`at::LOCK`] is set (manual of 2006, "Lock").
-const NEVER_LOCKED: RangeInclusive<u8> = at::TORQUE_ENABLE..=at::TORQUE_LIMIT;
+const NEVER_LOCKED: RangeInclusive<u16> = at::TORQUE_ENABLE as u16..=at::TORQUE_LIMIT as u16;
 /// Firmware version of current servos. Nothing depends on it.
 const FIRMWARE_VERSION: u8 = 24;
 
@@ -100,16 +100,16 @@ impl Memory {
     }
 
     pub(super) fn set_word(&mut self, address: u8, value: u16) {
-        self.put(address, &value.to_le_bytes());
+        self.put(address.into(), &value.to_le_bytes());
     }
 
-    fn put(&mut self, address: u8, data: &[u8]) {
+    fn put(&mut self, address: u16, data: &[u8]) {
         let start = usize::from(address);
         self.bytes[start..start + data.len()].copy_from_slice(data);
     }
 
     /// `count` bytes from `address` on; `None` if they are not all in the table.
-    pub(super) fn read(&self, address: u8, count: u8) -> Option<&[u8]> {
+    pub(super) fn read(&self, address: u16, count: u16) -> Option<&[u8]> {
         let start = usize::from(address);
         self.bytes.get(start..start + usize::from(count))
     }
@@ -125,7 +125,8 @@ impl Memory {
     }
 
     /// Alarms of writing `data` at `address`.
-    pub(super) fn check(&self, address: u8, data: &[u8]) -> Alarms {
+    pub(super) fn check(&self, address: impl Into<u16>, data: &[u8]) -> Alarms {
+        let address = address.into();
         let start = usize::from(address);
         let mut after = self.bytes;
         let Some(bytes) = after.get_mut(start..start + data.len()) else {
@@ -139,7 +140,9 @@ impl Memory {
                 return Alarms::RANGE;
             }
             let limits = self.word(at::CW_ANGLE_LIMIT)..=self.word(at::CCW_ANGLE_LIMIT);
-            if register.address == at::GOAL_POSITION && !self.is_wheel() && !limits.contains(&value)
+            if register.address == u16::from(at::GOAL_POSITION)
+                && !self.is_wheel()
+                && !limits.contains(&value)
             {
                 alarms = Alarms::ANGLE_LIMIT;
             }
@@ -154,7 +157,8 @@ impl Memory {
     }
 
     /// Writes checked bytes.
-    pub(super) fn write(&mut self, address: u8, data: &[u8]) {
+    pub(super) fn write(&mut self, address: impl Into<u16>, data: &[u8]) {
+        let address = address.into();
         let first = usize::from(address);
         for register in written(address, data.len()) {
             for at in usize::from(register.address)..usize::from(register.end()) {
@@ -167,7 +171,7 @@ impl Memory {
 }
 
 /// Registers that overlap `count` bytes from `address` on.
-fn written(address: u8, count: usize) -> impl Iterator<Item = &'static Register> {
+fn written(address: u16, count: usize) -> impl Iterator<Item = &'static Register> {
     let (start, end) = (usize::from(address), usize::from(address) + count);
     AX12A
         .registers
@@ -176,7 +180,7 @@ fn written(address: u8, count: usize) -> impl Iterator<Item = &'static Register>
 }
 
 /// Number of EEPROM bytes among `count` bytes from `address` on.
-pub(super) fn eeprom_bytes(address: u8, count: usize) -> u64 {
+pub(super) fn eeprom_bytes(address: u16, count: usize) -> u64 {
     let end = (usize::from(address) + count).min(usize::from(RAM));
     end.saturating_sub(usize::from(address)) as u64
 }
@@ -218,11 +222,20 @@ mod tests {
             (at::LOCK, "lock"),
             (at::PUNCH, "punch"),
         ] {
-            assert_eq!(AX12A.by_name(name).unwrap().address, address, "{name}");
+            assert_eq!(
+                AX12A.by_name(name).unwrap().address,
+                u16::from(address),
+                "{name}"
+            );
         }
         for register in AX12A.registers {
             let is_persistent = register.storage == Storage::Eeprom;
-            assert_eq!(is_persistent, register.address < RAM, "{}", register.name);
+            assert_eq!(
+                is_persistent,
+                register.address < u16::from(RAM),
+                "{}",
+                register.name
+            );
         }
     }
 
@@ -230,17 +243,17 @@ mod tests {
     fn a_write_is_right_as_a_whole_or_not_done() {
         let mut memory = Memory::new();
         // Goal and speed at once, across two registers.
-        assert_eq!(memory.check(30, &[0x00, 2, 0x00, 1]), Alarms::NONE);
+        assert_eq!(memory.check(30_u16, &[0x00, 2, 0x00, 1]), Alarms::NONE);
         // The second of them is too large; so is one that gets only its high byte.
-        assert_eq!(memory.check(30, &[0x00, 2, 0, 8]), Alarms::RANGE);
-        assert_eq!(memory.check(31, &[4]), Alarms::RANGE);
+        assert_eq!(memory.check(30_u16, &[0x00, 2, 0, 8]), Alarms::RANGE);
+        assert_eq!(memory.check(31_u16, &[4]), Alarms::RANGE);
         // Only read, and beyond the end.
-        assert_eq!(memory.check(36, &[0, 0]), Alarms::RANGE);
-        assert_eq!(memory.check(48, &[32, 0, 0]), Alarms::RANGE);
-        assert_eq!(memory.check(200, &[0]), Alarms::RANGE);
+        assert_eq!(memory.check(36_u16, &[0, 0]), Alarms::RANGE);
+        assert_eq!(memory.check(48_u16, &[32, 0, 0]), Alarms::RANGE);
+        assert_eq!(memory.check(200_u16, &[0]), Alarms::RANGE);
         // Gaps take anything and keep nothing.
-        assert_eq!(memory.check(18, &[36, 7]), Alarms::NONE);
-        memory.write(18, &[4, 7]);
+        assert_eq!(memory.check(18_u16, &[36, 7]), Alarms::NONE);
+        memory.write(18_u16, &[4, 7]);
         assert_eq!(memory.read(18, 2), Some(&[4, 0][..]));
         assert_eq!(memory.read(49, 2), None);
     }

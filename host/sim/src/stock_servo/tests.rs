@@ -69,7 +69,13 @@ impl Rig {
 
     /// Writes; the alarms that are answered with.
     fn write(&mut self, id: u8, address: u8, data: &[u8]) -> Option<Alarms> {
-        let answer = self.ask(id, Instruction::Write { address, data });
+        let answer = self.ask(
+            id,
+            Instruction::Write {
+                address: address.into(),
+                data,
+            },
+        );
         answer.get(4).copied().map(Alarms::from_bits)
     }
 

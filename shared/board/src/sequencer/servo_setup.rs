@@ -48,7 +48,7 @@ impl ServoSetup {
         &self,
         mut step: SetupStep,
         ids: [ServoId; JOINTS],
-    ) -> Result<(SetupStep, Packet, u8), SetupGoal> {
+    ) -> Result<(SetupStep, Packet, u16), SetupGoal> {
         loop {
             let saved = self.saved.get(step.joint).copied().unwrap_or_default();
             let id = ids.get(step.joint).map_or(0, |id| id.get());
@@ -135,7 +135,7 @@ mod tests {
     fn prepared(
         servos: &mut [[u8; 50]; JOINTS],
         is_lost: impl Fn(usize) -> bool,
-    ) -> (Vec<(usize, u8)>, Progress) {
+    ) -> (Vec<(usize, u16)>, Progress) {
         let ids = [1, 2].map(|id| ServoId::new(id).unwrap());
         let (mut setup, mut writes) = (ServoSetup::default(), Vec::new());
         let mut end = Progress::Done(SetupGoal::Read);

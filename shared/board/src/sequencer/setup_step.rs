@@ -7,7 +7,7 @@ use armbridge_servo::protocol1::{Instruction, register};
 use armbridge_servo::{JOINTS, Packet};
 
 /// Bytes that are read at once: return delay through torque enable.
-const SETTINGS_BYTES: u8 = register::TORQUE_ENABLE - register::RETURN_DELAY + 1;
+const SETTINGS_BYTES: u16 = register::TORQUE_ENABLE - register::RETURN_DELAY + 1;
 /// [`RETURN_DELAY_US`] in the register's unit.
 const RETURN_DELAY: u8 = (RETURN_DELAY_US / 2) as u8;
 /// Angle limits of wheel mode.
@@ -36,7 +36,7 @@ pub(super) struct ServoSettings {
 impl ServoSettings {
     /// Decodes the registers from the return delay on.
     pub(super) fn decode(memory: &[u8]) -> Option<Self> {
-        let at = |address: u8| usize::from(address - register::RETURN_DELAY);
+        let at = |address: u16| usize::from(address - register::RETURN_DELAY);
         let limits = at(register::ANGLE_LIMITS);
         let max_torque = at(register::MAX_TORQUE);
         Some(Self {
@@ -129,7 +129,7 @@ impl Step {
 /// Access to registers of one servo.
 pub(super) enum RegisterAccess {
     Read,
-    Write(u8, Vec<u8, 4>),
+    Write(u16, Vec<u8, 4>),
 }
 
 impl SetupStep {
@@ -248,7 +248,7 @@ impl SetupStep {
 
 impl RegisterAccess {
     /// The packet to the servo `id`, and the bytes of its reply.
-    pub(super) fn packet(&self, id: u8) -> Option<(Packet, u8)> {
+    pub(super) fn packet(&self, id: u8) -> Option<(Packet, u16)> {
         match self {
             Self::Read => {
                 let read = Instruction::Read {

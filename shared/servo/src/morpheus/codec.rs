@@ -6,7 +6,7 @@ use super::frame::{
     BROADCAST, FRAME_MAX, Frame, HEADER, LENGTH_HEARD_MAX, LENGTH_MIN, OVERHEAD, checksum,
 };
 use super::{MASTER, Morpheus, Request, safe_read};
-use crate::protocol::{Extent, Protocol, Reply};
+use crate::protocol::{Extent, Protocol, Reply, word_start};
 use crate::{Alarms, DecodeError, Firmware, Instruction, JOINTS, Pwm, Query, ServoId};
 use core::ops::RangeInclusive;
 use heapless::Vec;
@@ -16,7 +16,7 @@ use heapless::Vec;
 const MASTERS: RangeInclusive<u8> = 0x20..=0xFE;
 
 /// Bytes of all replies to CYCLE.
-const POSITIONS_BYTES: u8 = (OVERHEAD as u8 + 2) * JOINTS as u8;
+const POSITIONS_BYTES: u16 = ((OVERHEAD + 2) * JOINTS) as u16;
 /// Payload of a servo that rejects a request.
 const NOK: u8 = 0x08;
 
@@ -24,6 +24,15 @@ const NOK: u8 = 0x08;
 pub(super) const LATENCY_US: u32 = 340;
 /// START is answered 4.74 ms times the id later: enough for the first few.
 const START_LATENCY_US: u32 = 20_000;
+
+/// Registers of two bytes: bit n is set if one begins at address n.
+const WORDS: u64 = 1 << register::POSITION | 1 << register::TEMPERATURE | 1 << register::PWM;
+
+/// The READ that fetches these registers without harm, if one does.
+fn safe_read(address: u16, count: u16) -> Option<safe_read::Plan> {
+    let [address, count] = [address, count].map(u8::try_from);
+    safe_read::plan(address.ok()?, count.ok()?).ok()
+}
 
 impl Protocol for Morpheus {
     type Frame<'a> = Frame<'a>;
@@ -33,16 +42,15 @@ impl Protocol for Morpheus {
     const DESTINATION: usize = 2;
     const OVERHEAD: usize = OVERHEAD;
     const FRAME_MAX: usize = FRAME_MAX;
-    const PONG_BYTES: u8 = OVERHEAD as u8 + 1;
+    const PONG_BYTES: u16 = OVERHEAD as u16 + 1;
     /// A position.
     const TICK_REPLY_MAX: usize = OVERHEAD + 2;
     const BROADCAST: u8 = BROADCAST;
     const MASTER: Option<u8> = Some(MASTER);
-    const MEMORY_BYTES: u8 = register::END;
-    const WORDS: u64 = 1 << register::POSITION | 1 << register::TEMPERATURE | 1 << register::PWM;
-    const TEMPERATURE: (u8, u8) = (0x0E, 2);
-    const TORQUE_ENABLE: Option<u8> = None;
-    const UNREADABLE: Option<u8> = Some(register::POSITION);
+    const MEMORY_BYTES: u16 = register::END as u16;
+    const TEMPERATURE: (u16, u16) = (0x0E, 2);
+    const TORQUE_ENABLE: Option<u16> = None;
+    const UNREADABLE: Option<u16> = Some(register::POSITION as u16);
     const REFUSAL: &'static [u8] = &[NOK];
 
     /// Finds packets of more than [`FRAME_MAX`] bytes too: a servo accepts LEN up to 200,
@@ -84,10 +92,14 @@ impl Protocol for Morpheus {
     fn instruction<'a>(frame: &Self::Frame<'a>) -> Result<Instruction<'a>, DecodeError> {
         Ok(match *frame.data {
             [PING] => Instruction::Ping,
-            [READ, address, count] => Instruction::Read { address, count },
-            [WRITE, address, ref data @ ..] if !data.is_empty() => {
-                Instruction::Write { address, data }
-            }
+            [READ, address, count] => Instruction::Read {
+                address: address.into(),
+                count: count.into(),
+            },
+            [WRITE, address, ref data @ ..] if !data.is_empty() => Instruction::Write {
+                address: address.into(),
+                data,
+            },
             [START] => Instruction::Start,
             [CYCLE] => Instruction::Cycle,
             [RESET] => Instruction::FactoryReset,
@@ -95,8 +107,8 @@ impl Protocol for Morpheus {
                 if blocks.len().is_multiple_of(usize::from(count) + 1) =>
             {
                 Instruction::SyncWrite {
-                    address,
-                    count,
+                    address: address.into(),
+                    count: count.into(),
                     blocks,
                 }
             }
@@ -124,7 +136,7 @@ impl Protocol for Morpheus {
         frame.encode()
     }
 
-    fn expected(instruction: Result<Instruction, DecodeError>, is_broadcast: bool) -> (u8, u32) {
+    fn expected(instruction: Result<Instruction, DecodeError>, is_broadcast: bool) -> (u16, u32) {
         let data = match (instruction, is_broadcast) {
             (Ok(Instruction::Start), true) => {
                 return (Self::PONG_BYTES, START_LATENCY_US);
@@ -135,7 +147,8 @@ impl Protocol for Morpheus {
             // OK or NOK.
             (_, false) => 1,
         };
-        (data.saturating_add(OVERHEAD as u8), LATENCY_US)
+        // More bytes than this no servo has.
+        (data.saturating_add(OVERHEAD as u16).min(255), LATENCY_US)
     }
 
     fn ping_query(servo: ServoId) -> Query {
@@ -156,21 +169,25 @@ impl Protocol for Morpheus {
         (counts <= 1023).then_some(counts)
     }
 
-    fn read_query<const N: usize>(id: u8, address: u8, count: u8) -> Option<Query<N>> {
-        let plan = safe_read::plan(address, count).ok()?;
+    fn read_query<const N: usize>(id: u8, address: u16, count: u16) -> Option<Query<N>> {
+        let plan = safe_read(address, count)?;
         Some(Query {
             packet: Vec::from_slice(&plan.request(ServoId::new(id)?)).ok()?,
             id,
-            reply_bytes: OVERHEAD as u8 + plan.range().len() as u8,
+            reply_bytes: (OVERHEAD + plan.range().len()) as u16,
         })
     }
 
-    fn read_reply(address: u8, count: u8, data: &[u8]) -> Option<&[u8]> {
-        safe_read::plan(address, count).ok()?.extract(data)
+    fn read_reply(address: u16, count: u16, data: &[u8]) -> Option<&[u8]> {
+        safe_read(address, count)?.extract(data)
     }
 
-    fn lead_bytes(address: u8) -> u8 {
-        safe_read::plan(address, 1).map_or(0, |plan| address.saturating_sub(plan.range().start))
+    fn lead_bytes(address: u16) -> u16 {
+        safe_read(address, 1).map_or(0, |plan| address.saturating_sub(plan.range().start.into()))
+    }
+
+    fn register_start(address: u16) -> u16 {
+        word_start(WORDS, address)
     }
 
     /// The low byte of the PWM.
@@ -179,7 +196,7 @@ impl Protocol for Morpheus {
         Query {
             packet: plan.request(servo),
             id: servo.get(),
-            reply_bytes: OVERHEAD as u8 + plan.range().len() as u8,
+            reply_bytes: (OVERHEAD + plan.range().len()) as u16,
         }
     }
 

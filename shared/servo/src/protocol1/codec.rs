@@ -2,12 +2,12 @@
 
 use super::frame::{BROADCAST, FRAME_MAX, Frame, HEADER, OVERHEAD, checksum};
 use super::{Protocol1, Status, register};
-use crate::protocol::{Extent, Protocol, Reply};
+use crate::protocol::{Extent, Protocol, Reply, word_start};
 use crate::{DecodeError, Firmware, Instruction, Packet, Query, ServoId};
 use heapless::Vec;
 
 /// Registers from the angle limits through the moving speed.
-const OFF_BYTES: u8 = register::MOVING_SPEED + 2 - register::ANGLE_LIMITS;
+const OFF_BYTES: u16 = register::MOVING_SPEED + 2 - register::ANGLE_LIMITS;
 /// Moving speed without its direction, bit 10.
 const MAGNITUDE: u16 = (1 << 10) - 1;
 
@@ -23,15 +23,14 @@ impl Protocol for Protocol1 {
     const DESTINATION: usize = 2;
     const OVERHEAD: usize = OVERHEAD;
     const FRAME_MAX: usize = FRAME_MAX;
-    const PONG_BYTES: u8 = OVERHEAD as u8;
+    const PONG_BYTES: u16 = OVERHEAD as u16;
     const TICK_REPLY_MAX: usize = FRAME_MAX;
     const BROADCAST: u8 = BROADCAST;
     const MASTER: Option<u8> = None;
-    const MEMORY_BYTES: u8 = 50;
-    const WORDS: u64 = register::WORDS;
-    const TEMPERATURE: (u8, u8) = (register::PRESENT_TEMPERATURE, 1);
-    const TORQUE_ENABLE: Option<u8> = Some(register::TORQUE_ENABLE);
-    const UNREADABLE: Option<u8> = None;
+    const MEMORY_BYTES: u16 = 50;
+    const TEMPERATURE: (u16, u16) = (register::PRESENT_TEMPERATURE, 1);
+    const TORQUE_ENABLE: Option<u16> = Some(register::TORQUE_ENABLE);
+    const UNREADABLE: Option<u16> = None;
     const REFUSAL: &'static [u8] = &[];
 
     fn extent(bytes: &[u8]) -> Extent {
@@ -89,14 +88,15 @@ impl Protocol for Protocol1 {
         (reply.id < BROADCAST).then(|| status.encode()).flatten()
     }
 
-    fn expected(instruction: Result<Instruction, DecodeError>, is_broadcast: bool) -> (u8, u32) {
+    fn expected(instruction: Result<Instruction, DecodeError>, is_broadcast: bool) -> (u16, u32) {
         let data = match (instruction, is_broadcast) {
             (Ok(Instruction::Ping), true) => 0,
             (_, true) => return (0, 0),
             (Ok(Instruction::Read { count, .. }), false) => count,
             (_, false) => 0,
         };
-        (data.saturating_add(OVERHEAD as u8), LATENCY_US)
+        // More bytes than this no servo has.
+        (data.saturating_add(OVERHEAD as u16).min(255), LATENCY_US)
     }
 
     fn ping_query(servo: ServoId) -> Query {
@@ -113,18 +113,22 @@ impl Protocol for Protocol1 {
         (counts <= 1023).then_some(counts)
     }
 
-    fn read_query<const N: usize>(id: u8, address: u8, count: u8) -> Option<Query<N>> {
+    fn read_query<const N: usize>(id: u8, address: u16, count: u16) -> Option<Query<N>> {
         let is_known = address.checked_add(count)? <= Self::MEMORY_BYTES;
         let query = || query(id, &Instruction::Read { address, count }, count);
         is_known.then(query).flatten()
     }
 
-    fn read_reply(_address: u8, count: u8, data: &[u8]) -> Option<&[u8]> {
+    fn read_reply(_address: u16, count: u16, data: &[u8]) -> Option<&[u8]> {
         (data.len() == usize::from(count)).then_some(data)
     }
 
-    fn lead_bytes(_address: u8) -> u8 {
+    fn lead_bytes(_address: u16) -> u16 {
         0
+    }
+
+    fn register_start(address: u16) -> u16 {
+        word_start(register::WORDS, address)
     }
 
     /// Reads angle limits through moving speed: torque enable alone would not distinguish a
@@ -136,7 +140,7 @@ impl Protocol for Protocol1 {
 
     fn decode_off(data: &[u8]) -> Option<bool> {
         let data = Self::read_reply(register::ANGLE_LIMITS, OFF_BYTES, data)?;
-        let from = |address: u8| data.get(usize::from(address - register::ANGLE_LIMITS)..);
+        let from = |address: u16| data.get(usize::from(address - register::ANGLE_LIMITS)..);
         let is_wheel = from(register::ANGLE_LIMITS)?.starts_with(&[0; 4]);
         let speed = u16::from_le_bytes(*from(register::MOVING_SPEED)?.first_chunk()?);
         match from(register::TORQUE_ENABLE)?.first()? {
@@ -147,11 +151,11 @@ impl Protocol for Protocol1 {
     }
 }
 
-fn query<const N: usize>(id: u8, instruction: &Instruction, data: u8) -> Option<Query<N>> {
+fn query<const N: usize>(id: u8, instruction: &Instruction, data: u16) -> Option<Query<N>> {
     Some(Query {
         packet: instruction.encode(id)?,
         id,
-        reply_bytes: data.saturating_add(OVERHEAD as u8),
+        reply_bytes: data.saturating_add(OVERHEAD as u16).min(255),
     })
 }
 

@@ -18,6 +18,15 @@ mod code {
 
 /// Encoding in Protocol 1.0. Morpheus has no encoder for any instruction: see
 /// [`morpheus::Request`](crate::morpheus::Request).
+/// Addresses and counts as Protocol 1.0 has them: one byte each.
+fn short<const N: usize>(numbers: [u16; N]) -> Option<[u8; N]> {
+    let short = numbers.map(|number| u8::try_from(number).ok());
+    short
+        .iter()
+        .all(Option::is_some)
+        .then(|| short.map(Option::unwrap_or_default))
+}
+
 impl<'a> Instruction<'a> {
     /// The bytes on the wire to the servo `id`, or to all; `None` if they are
     /// more than `N`, or if Protocol 1.0 has no such instruction.
@@ -27,16 +36,16 @@ impl<'a> Instruction<'a> {
         let (id, code) = match *self {
             Self::Ping => (id, code::PING),
             Self::Read { address, count } => {
-                parameters.extend([address, count]);
+                parameters.extend(short([address, count])?);
                 (id, code::READ)
             }
             Self::Write { address, data } => {
-                parameters.push(address).ok()?;
+                parameters.extend(short([address])?);
                 parameters.extend_from_slice(data).ok()?;
                 (id, code::WRITE)
             }
             Self::RegWrite { address, data } => {
-                parameters.push(address).ok()?;
+                parameters.extend(short([address])?);
                 parameters.extend_from_slice(data).ok()?;
                 (id, code::REG_WRITE)
             }
@@ -47,7 +56,7 @@ impl<'a> Instruction<'a> {
                 count,
                 blocks,
             } => {
-                parameters.extend([address, count]);
+                parameters.extend(short([address, count])?);
                 parameters.extend_from_slice(blocks).ok()?;
                 (BROADCAST, code::SYNC_WRITE)
             }
@@ -68,13 +77,16 @@ impl<'a> Instruction<'a> {
     pub fn decode(frame: &Frame<'a>) -> Result<Self, DecodeError> {
         match (frame.code, frame.parameters) {
             (code::PING, []) => Ok(Self::Ping),
-            (code::READ, &[address, count]) => Ok(Self::Read { address, count }),
+            (code::READ, &[address, count]) => Ok(Self::Read {
+                address: address.into(),
+                count: count.into(),
+            }),
             (code::WRITE, [address, data @ ..]) if !data.is_empty() => Ok(Self::Write {
-                address: *address,
+                address: (*address).into(),
                 data,
             }),
             (code::REG_WRITE, [address, data @ ..]) if !data.is_empty() => Ok(Self::RegWrite {
-                address: *address,
+                address: (*address).into(),
                 data,
             }),
             (code::ACTION, []) => Ok(Self::Action),
@@ -83,8 +95,8 @@ impl<'a> Instruction<'a> {
                 if *count > 0 && blocks.len() % (usize::from(*count) + 1) == 0 =>
             {
                 Ok(Self::SyncWrite {
-                    address: *address,
-                    count: *count,
+                    address: (*address).into(),
+                    count: (*count).into(),
                     blocks,
                 })
             }
@@ -175,8 +187,8 @@ mod tests {
         fn every_instruction_round_trips(
             id in 0..BROADCAST,
             kind in 0..7,
-            address: u8,
-            count in 1..=4_u8,
+            address in 0..=255_u16,
+            count in 1..=4_u16,
             data in proptest::collection::vec(any::<u8>(), 1..=200),
         ) {
             let whole = data.len() / (usize::from(count) + 1) * (usize::from(count) + 1);

@@ -2,26 +2,26 @@
 //! control table).
 
 /// The servo's id.
-pub const ID: u8 = 3;
+pub const ID: u16 = 3;
 /// Return delay, in units of 2 µs.
-pub const RETURN_DELAY: u8 = 5;
+pub const RETURN_DELAY: u16 = 5;
 /// Angle limits, clockwise then counter-clockwise, two bytes each: all 0
 /// for wheel mode, in which the moving speed is the motor's duty.
-pub const ANGLE_LIMITS: u8 = 6;
+pub const ANGLE_LIMITS: u16 = 6;
 /// Torque limit at power-up, two bytes.
-pub const MAX_TORQUE: u8 = 14;
+pub const MAX_TORQUE: u16 = 14;
 /// Condition for a status packet: 0 after PING, 1 after READ too, 2 always.
-pub const STATUS_RETURN_LEVEL: u8 = 16;
+pub const STATUS_RETURN_LEVEL: u16 = 16;
 /// Torque on or off.
-pub const TORQUE_ENABLE: u8 = 24;
+pub const TORQUE_ENABLE: u16 = 24;
 /// Lamp on or off.
-pub const LED: u8 = 25;
+pub const LED: u16 = 25;
 /// Wheel mode: duty 0..=1023, bit 10 for clockwise. The torque limit follows.
-pub const MOVING_SPEED: u8 = 32;
+pub const MOVING_SPEED: u16 = 32;
 /// Position 0..=1023, two bytes.
-pub const PRESENT_POSITION: u8 = 36;
+pub const PRESENT_POSITION: u16 = 36;
 /// Temperature, one byte, in °C.
-pub const PRESENT_TEMPERATURE: u8 = 43;
+pub const PRESENT_TEMPERATURE: u16 = 43;
 
 /// The registers of two bytes, bit n for the one at address n: model number,
 /// angle limits, maximum torque; goal, moving speed, torque limit, position,

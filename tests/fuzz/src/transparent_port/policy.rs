@@ -19,7 +19,7 @@ const LATENCY_US: u32 = 100;
 const PIECES_MAX: usize = 60;
 /// Where a stock servo's id is.
 const ID: u16 = 3;
-const LED: u8 = 25;
+const LED: u16 = 25;
 /// The same in both protocols, and in the same place of a packet.
 const READ: u8 = 2;
 /// First byte of a Morpheus servo's memory.
@@ -163,8 +163,8 @@ fn is_free(id: u8) -> bool {
 
 fn stock_is_harmless(packet: &[u8]) -> bool {
     let frame = stock(packet);
-    let keeps_ids = |address: u8, data: &[u8]| {
-        (u16::from(address)..)
+    let keeps_ids = |address: u16, data: &[u8]| {
+        (address..)
             .zip(data)
             .all(|(at, byte)| at != ID || is_free(*byte))
     };

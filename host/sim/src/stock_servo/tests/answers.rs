@@ -142,7 +142,7 @@ fn each_error_has_its_alarm_and_writes_nothing() {
 fn to_all_only_pings_are_answered() {
     let mut rig = Rig::with(&[(Firmware::Stock, 1)]);
     let speed = |low| Instruction::Write {
-        address: at::MOVING_SPEED,
+        address: at::MOVING_SPEED.into(),
         data: low,
     };
     assert_eq!(rig.broadcast(speed(&[7, 0])), NOTHING);
@@ -157,7 +157,7 @@ fn to_all_only_pings_are_answered() {
     let bulk_read = [0xFF, 0xFF, 0xFE, 6, 0x92, 0, 2, 1, 36, 0x41];
     assert_eq!(rig.exchange(&bulk_read), NOTHING);
     let registered = Instruction::RegWrite {
-        address: at::MOVING_SPEED,
+        address: at::MOVING_SPEED.into(),
         data: &[9, 0],
     };
     assert_eq!(rig.broadcast(registered), NOTHING);
@@ -186,7 +186,7 @@ fn return_level_selects_the_instructions_with_a_reply() {
                 count: 2,
             },
             Instruction::Write {
-                address: at::GOAL_POSITION,
+                address: at::GOAL_POSITION.into(),
                 data: &[0, 2],
             },
         ];
@@ -225,7 +225,7 @@ fn power_off_forgets_all_but_the_eeprom() {
     rig.ask(
         1,
         Instruction::RegWrite {
-            address: at::MOVING_SPEED,
+            address: at::MOVING_SPEED.into(),
             data: &[9, 0],
         },
     );

@@ -60,7 +60,7 @@ impl Random {
         }
         let known = [1, 2, 3, 3, 3, 4, 5, 6, 0x83, 0x92];
         let place = usize::from(self.below(known.len() as u8));
-        let address = self.below(AX12A.size + 2);
+        let address = self.below(AX12A.size as u8 + 2);
         let mut parameters = vec![address];
         for _ in 0..=self.below(4) {
             let byte = if self.below(2) == 0 {

@@ -44,7 +44,7 @@ fn answers_come_when_they_were_measured_to() {
         count: 8,
     };
     let write = Instruction::Write {
-        address: at::GOAL_POSITION,
+        address: at::GOAL_POSITION.into(),
         data: &[0, 2, 0, 1],
     };
     for (instruction, delay, after_ns) in [
@@ -183,7 +183,7 @@ fn run(step_ns: u64) -> (Moving, Vec<ReceivedByte>, Vec<Record>) {
     wire.record();
     let mut moving = Moving::default();
     let goal = Instruction::Write {
-        address: at::GOAL_POSITION,
+        address: at::GOAL_POSITION.into(),
         data: &[0, 2],
     };
     let read = Instruction::Read {

@@ -49,7 +49,7 @@ pub(super) fn decide(
 fn is_harmless(controlled: [ServoId; JOINTS], id: u8, instruction: Instruction) -> bool {
     let is_free = |id: u8| id < BROADCAST && !is_controlled(controlled, id);
     // A servo that takes the id of one under control would answer in its place.
-    let keeps_clear = |address: u8, data: &[u8]| {
+    let keeps_clear = |address: u16, data: &[u8]| {
         register::ID
             .checked_sub(address)
             .and_then(|offset| data.get(usize::from(offset)))

@@ -20,13 +20,13 @@ pub(in crate::bridge::transparent_port) struct RegisterRead {
     id: u8,
     /// Its last position in the control loop.
     position: Option<u16>,
-    address: u8,
+    address: u16,
     /// End of the registers, exclusive.
-    end: u8,
+    end: u16,
     /// Data read so far.
     data: Bytes,
     /// Number of bytes in the last query.
-    requested: u8,
+    requested: u16,
 }
 
 impl RegisterRead {
@@ -36,8 +36,8 @@ impl RegisterRead {
     pub(in crate::bridge::transparent_port) fn new(
         responder: Responder,
         position: Option<u16>,
-        address: u8,
-        count: u8,
+        address: u16,
+        count: u16,
     ) -> Option<Self> {
         let end = address.checked_add(count)?;
         let mut read = Self {
@@ -56,12 +56,12 @@ impl RegisterRead {
     }
 
     /// Address of the first byte that is still missing.
-    fn next_address(&self) -> u8 {
+    fn next_address(&self) -> u16 {
         // At most a table's size.
-        self.address + self.data.len() as u8
+        self.address + self.data.len() as u16
     }
 
-    fn is_unreadable(&self, address: u8) -> bool {
+    fn is_unreadable(&self, address: u16) -> bool {
         self.firmware.unreadable() == Some(address)
     }
 
@@ -89,7 +89,7 @@ impl RegisterRead {
     }
 
     /// Number of bytes in a query from `at` on.
-    fn piece(&self, at: u8, room: usize) -> u8 {
+    fn piece(&self, at: u16, room: usize) -> u16 {
         let end = match self.firmware.unreadable() {
             Some(unreadable) if at < unreadable => self.end.min(unreadable),
             _ => self.end,
@@ -97,10 +97,11 @@ impl RegisterRead {
         let overhead = self.firmware.reply_overhead() + usize::from(self.firmware.lead_bytes(at));
         let room = room.saturating_sub(QUERY_BYTES + overhead);
         let remaining = end.saturating_sub(at);
-        let piece = remaining.min(u8::try_from(room).unwrap_or(u8::MAX));
-        let is_split = piece < remaining && self.firmware.splits_register(at + piece);
-        // Registers have two bytes at most.
-        piece.saturating_sub(u8::from(is_split))
+        let piece = remaining.min(u16::try_from(room).unwrap_or(u16::MAX));
+        if piece == remaining {
+            return piece;
+        }
+        self.firmware.register_start(at + piece).saturating_sub(at)
     }
 
     /// Takes the data of a reply; whether it answers the last query.

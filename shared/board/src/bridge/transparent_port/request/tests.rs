@@ -49,7 +49,7 @@ impl Memory {
             Firmware::Morpheus => {
                 let (to, from, data) = morpheus_frame(&query.packet);
                 assert_eq!((to, from, data[0]), (SERVO, MASTER, 2));
-                (data[1], data[2], 5)
+                (data[1].into(), data[2].into(), 5)
             }
         };
         assert_eq!(query.reply_bytes, overhead + count);
@@ -66,7 +66,7 @@ impl Memory {
             .then(|| u16::from_le_bytes([self.bytes[0x0B], self.bytes[0x0C]]))
     }
 
-    fn request(&self, address: u8, count: u8) -> Option<PendingRequest> {
+    fn request(&self, address: u16, count: u16) -> Option<PendingRequest> {
         let responder = Responder {
             firmware: self.bus,
             id: SERVO,
@@ -77,7 +77,7 @@ impl Memory {
     }
 
     /// The reply that the client must get to a read of all this at once.
-    fn whole(&self, address: u8, count: u8, alarms: u8) -> Vec<u8> {
+    fn whole(&self, address: u16, count: u16, alarms: u8) -> Vec<u8> {
         let data = &self.bytes[usize::from(address)..][..usize::from(count)];
         match self.bus {
             Firmware::Stock => protocol1::Frame {
@@ -139,7 +139,7 @@ proptest! {
         let size = memory.bytes.len();
         let address = from.index(size);
         let count = 1 + to.index(size - address);
-        let (address, count) = (address as u8, count as u8);
+        let (address, count) = (address as u16, count as u16);
         let mut pending = memory.request(address, count).unwrap();
         let mut alarms = 0;
         let mut answer = None;
@@ -161,9 +161,9 @@ proptest! {
             match pending.take_reply(Some((*alarm, &reply))) {
                 Progress::More => {
                     let Queries::Read(read) = &pending.queries else { unreachable!() };
-                    let cut = address + read.data().len() as u8;
-                    let is_split = memory.bus.splits_register(cut);
-                    prop_assert!(!is_split, "{cut} {before:?}");
+                    let cut = address + read.data().len() as u16;
+                    let start = memory.bus.register_start(cut);
+                    prop_assert!(start == cut, "{cut} {before:?}");
                 }
                 Progress::Done(bytes) => {
                     answer = Some(bytes);
@@ -186,7 +186,7 @@ proptest! {
         let size = memory.bytes.len();
         let address = from.index(size);
         let count = 1 + to.index(size - address);
-        let mut pending = memory.request(address as u8, count as u8).unwrap();
+        let mut pending = memory.request(address as u16, count as u16).unwrap();
         let fits = pending.can_complete(slack(budget_us));
         let mut ended = matches!(&pending.queries, Queries::Read(read) if read.is_complete());
         while !ended && let Some(query) = pending.next(slack(budget_us)) {

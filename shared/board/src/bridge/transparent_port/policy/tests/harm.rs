@@ -64,8 +64,8 @@ fn stock_is_harmless(bytes: &[u8]) -> bool {
         code,
         parameters: &parameters,
     };
-    let spares_ids = |address: u8, data: &[u8]| {
-        (u16::from(address)..)
+    let spares_ids = |address: u16, data: &[u8]| {
+        (address..)
             .zip(data)
             .all(|(at, byte)| at != 3 || is_free(*byte))
     };
