@@ -44,6 +44,11 @@ impl Bench {
         Self::assemble(plant, servos.iter().map(|kind| kind.build()).collect())
     }
 
+    /// The same with servos as they are on a wire, among them those of the X series.
+    pub fn with_devices(plant: Plant, servos: Vec<Device>) -> Self {
+        Self::assemble(plant, servos)
+    }
+
     fn assemble(plant: Plant, servos: Vec<Device>) -> Self {
         Self {
             joints: Joints::new(plant, servos.len()),

@@ -3,6 +3,7 @@
 
 use armbridge_servo::JOINTS;
 
+use super::encoder::Encoder;
 use super::faults::sensor::Sensors;
 use super::half_duplex_bus::Mechanics;
 use super::morpheus_servo::Reading;
@@ -11,11 +12,11 @@ use super::plant::Plant;
 /// Converter counts of a Morpheus servo at room temperature: any value, the firmware
 /// does not use it. A stock servo has a thermal model of its own.
 const TEMPERATURE: u16 = 300;
-/// No-load speed at full duty: 59 rpm (e-Manual), in counts of 300/1023
+/// No-load speed at full duty: 59 rpm (e-Manual, AX-12A), in counts of 300/1023
 /// degree a second.
 const NO_LOAD_COUNTS_PER_S: f64 = 59.0 / 60.0 * 360.0 / (300.0 / 1023.0);
-/// Counts of a turn; the converter covers 0..=1023.
-const TURN_COUNTS: f64 = 360.0 / (300.0 / 1023.0);
+/// Counts of a turn, in those of an AX-12A.
+const TURN_COUNTS: f64 = Encoder::Potentiometer.counts_per_turn();
 /// The PWM that switches a motor off.
 const OFF: u16 = 1000;
 /// Deviation up to which a motor counts as off: the stop sequence sends a value one
@@ -51,7 +52,7 @@ struct Motor {
 #[derive(Clone, Copy, Debug)]
 struct Shaft {
     at_ns: u64,
-    /// Within one turn.
+    /// Within one turn, in counts of an AX-12A.
     counts: f64,
     counts_per_s: f64,
 }
@@ -70,8 +71,12 @@ impl Shaft {
         self.at_ns = self.at_ns.max(to_ns);
     }
 
-    /// Reading of the converter, which is at one of its ends in the gap of 60 degrees.
-    fn position(&self) -> u16 {
+    /// Reading of the encoder. That of an AX-12A is at one of its ends in the gap of 60 degrees.
+    fn position(&self, encoder: Encoder) -> u16 {
+        if encoder == Encoder::Absolute {
+            let turns = (self.counts - Self::START.counts) / TURN_COUNTS;
+            return encoder.count((0.5 + turns) * encoder.counts_per_turn());
+        }
         let middle_of_gap = f64::midpoint(1023.0, TURN_COUNTS);
         if self.counts > middle_of_gap {
             0
@@ -163,19 +168,24 @@ impl Motor {
 
 impl Mechanics for Joints {
     fn convert(&mut self, servo: usize, at_ns: u64) -> Reading {
+        self.convert_with(servo, Encoder::Potentiometer, at_ns)
+    }
+
+    fn convert_with(&mut self, servo: usize, encoder: Encoder, at_ns: u64) -> Reading {
         let reading = |position| Reading {
             position,
             temperature: TEMPERATURE,
         };
         match servo.checked_sub(JOINTS) {
             None => {
-                let truth = reading(self.arm.read(self.joint(servo), at_ns));
-                self.sensors[servo].read(truth, at_ns)
+                let joint = self.joint(servo);
+                let truth = reading(self.arm.read_with(joint, encoder, at_ns));
+                self.sensors[servo].read(truth, encoder, at_ns)
             }
             Some(shaft) => {
                 let shaft = &mut self.shafts[shaft];
                 shaft.advance(at_ns);
-                reading(shaft.position())
+                reading(shaft.position(encoder))
             }
         }
     }

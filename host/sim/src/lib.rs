@@ -5,6 +5,9 @@
 //! |--------------------------|------|
 //! | [`morpheus_servo`]       | the Morpheus firmware, byte for byte |
 //! | [`stock_servo`]          | the stock firmware of an AX-12A, by its documents |
+//! | [`x_servo`]              | the firmware of the X series, by its documents |
+//! | `status_transmitter`     | transmitter of the stock and the X servo |
+//! | [`encoder`]              | position encoders of the servos: resolution and range |
 //! | [`half_duplex_bus`]      | the half-duplex bus between master and servos |
 //! | [`servo_kind`]           | kinds of servos: firmware, id, rate |
 //! | [`plant`]                | the arm: dynamics, friction, encoders, motors |
@@ -31,6 +34,7 @@ pub mod cosim;
 mod drivetrain;
 #[cfg(unix)]
 pub mod emulator;
+pub mod encoder;
 pub mod environment;
 pub mod fault_campaign;
 pub mod faults;
@@ -43,8 +47,10 @@ mod pacer;
 pub mod plant;
 pub mod raw_bus_server;
 pub mod servo_kind;
+mod status_transmitter;
 pub mod stock_servo;
 mod uart;
 pub mod usb2dynamixel_server;
+pub mod x_servo;
 
 pub use bench::Bench;

@@ -14,7 +14,7 @@
 //! | grasps            | a spring and damper from a link to a hand that leads it |
 //! | hands             | an imposed motion, then a hold, until a motor drives the arm |
 //! | torque to motion  | equation (1), exact Coriolis, viscous and dry friction, stops |
-//! | motion to counts  | calibration, Gaussian noise, rounding, 0..=1023      |
+//! | motion to counts  | calibration, Gaussian noise, rounding, range of the encoder |
 //!
 //! Not simulated: gear elasticity, backlash, supply sag, heat.
 
@@ -32,6 +32,7 @@ pub use file::{BuiltinPlant, INITIAL_RAD, KEYS, KeyConflict, PLANTS, PlantError,
 
 use std::collections::VecDeque;
 
+use crate::encoder::Encoder;
 use armbridge_client::simulation::TrueState;
 use armbridge_control::arm::State;
 use armbridge_link::server::Touch;
@@ -48,8 +49,6 @@ const OFF: u16 = Pwm::OFF.counts();
 const STOP_COUNTS: u16 = 1;
 /// Duration of a lift.
 const LIFT_NS: u64 = Touch::LIFT_US as u64 * 1_000;
-/// Largest count of an AX-12A's encoder.
-const LARGEST_COUNT: f64 = 1023.0;
 
 /// The arm with its motors and encoders.
 #[derive(Clone, Debug)]
@@ -274,19 +273,27 @@ impl Plant {
         true
     }
 
-    /// Reads a servo's encoder at `at_ns`, in counts.
+    /// Reads the encoder of an AX-12A at `at_ns`, in counts.
     ///
     /// # Panics
     ///
     /// If there is no such servo; they are 0 and 1.
     pub fn read(&mut self, servo: usize, at_ns: u64) -> u16 {
+        self.read_with(servo, Encoder::Potentiometer, at_ns)
+    }
+
+    /// Reads a servo's encoder of this kind at `at_ns`, in counts. The calibration of the joint is
+    /// that of the same encoder.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such servo; they are 0 and 1.
+    pub fn read_with(&mut self, servo: usize, encoder: Encoder, at_ns: u64) -> u16 {
         assert!(servo < JOINTS, "no servo {servo} on this arm");
         self.advance(at_ns);
         let noise: f64 = StandardNormal.sample(&mut self.noise[servo]);
         let position = self.config.joints[servo].position(self.state().q[servo]);
-        (position + self.config.noise_lsb_rms * noise)
-            .round()
-            .clamp(0.0, LARGEST_COUNT) as u16
+        encoder.count(position + self.config.noise_lsb_rms * noise)
     }
 
     /// Advances time.

@@ -269,6 +269,10 @@ impl Rig<'_> {
         match &self.cosim.bench.servos()[servo] {
             Device::Morpheus(servo) => Some(servo.state().baud.into()),
             Device::Stock(servo) => servo.register("baud_rate"),
+            Device::X(servo) => {
+                let code = servo.register(armbridge_servo::protocol2::register::BAUD_RATE)?;
+                u16::try_from(code).ok()
+            }
         }
     }
 

@@ -3,10 +3,11 @@
 use rand_distr::{Distribution, StandardNormal, Uniform};
 use rand_pcg::Pcg32;
 
+use crate::encoder::Encoder;
 use crate::morpheus_servo::Reading;
 
-/// Largest count of the converter.
-const LARGEST_COUNT: u16 = 1023;
+/// Largest count of the converter of the temperature.
+const TEMPERATURE_MAX: u16 = 1023;
 /// Range at its ends that the converter reads while the wiper is off the track and its
 /// input floats, in counts.
 const FLOATING_COUNTS: u16 = 6;
@@ -102,12 +103,12 @@ impl Sensors {
         *self = Self::default();
     }
 
-    /// Reading for a true value.
-    pub(crate) fn read(&mut self, truth: Reading, at_ns: u64) -> Reading {
+    /// Reading for a true value of this encoder.
+    pub(crate) fn read(&mut self, truth: Reading, encoder: Encoder, at_ns: u64) -> Reading {
         let position = match &mut self.position {
             Position::True => truth.position,
             Position::Frozen(count) => *count.get_or_insert(truth.position),
-            Position::OffTrack(draw) => floating_input(draw),
+            Position::OffTrack(draw) => floating_input(draw, encoder),
             Position::Offset {
                 since_ns,
                 counts,
@@ -115,11 +116,11 @@ impl Sensors {
             } => {
                 let since_ns = *since_ns.get_or_insert(at_ns);
                 let seconds = at_ns.saturating_sub(since_ns) as f64 * 1e-9;
-                shifted(truth.position, *counts + seconds * *counts_per_s)
+                shifted(truth.position, encoder, *counts + seconds * *counts_per_s)
             }
             Position::Noise { draw, counts_rms } => {
                 let noise: f64 = StandardNormal.sample(draw);
-                shifted(truth.position, noise * *counts_rms)
+                shifted(truth.position, encoder, noise * *counts_rms)
             }
         };
         let added = self.heat.as_mut().map_or(0.0, |(since_ns, counts_per_s)| {
@@ -129,24 +130,23 @@ impl Sensors {
         let temperature = f64::from(truth.temperature) + added;
         Reading {
             position,
-            temperature: temperature.clamp(0.0, LARGEST_COUNT.into()) as u16,
+            temperature: temperature.clamp(0.0, TEMPERATURE_MAX.into()) as u16,
         }
     }
 }
 
 /// A reading that is off by this many counts.
-fn shifted(position: u16, counts: f64) -> u16 {
-    let shifted = f64::from(position) + counts;
-    shifted.round().clamp(0.0, LARGEST_COUNT.into()) as u16
+fn shifted(position: u16, encoder: Encoder, counts: f64) -> u16 {
+    encoder.count(f64::from(position) + counts)
 }
 
-fn floating_input(draw: &mut Pcg32) -> u16 {
+fn floating_input(draw: &mut Pcg32, encoder: Encoder) -> u16 {
     let Ok(all) = Uniform::new(0, 2 * FLOATING_COUNTS) else {
         return 0;
     };
     match all.sample(draw) {
         low @ 0..FLOATING_COUNTS => low,
-        high => LARGEST_COUNT + FLOATING_COUNTS - high,
+        high => encoder.largest_count() + FLOATING_COUNTS - high,
     }
 }
 
@@ -161,15 +161,16 @@ mod tests {
             temperature: 300,
         };
         let mut sensors = Sensors::default();
-        assert_eq!(sensors.read(truth(500), 0), truth(500));
+        let encoder = Encoder::Potentiometer;
+        assert_eq!(sensors.read(truth(500), encoder, 0), truth(500));
         sensors.fail(SensorFault::Frozen);
         sensors.fail(SensorFault::Hot { counts_per_s: 50.0 });
-        assert_eq!(sensors.read(truth(501), 1_000_000_000), truth(501));
-        let later = sensors.read(truth(700), 3_000_000_000);
+        assert_eq!(sensors.read(truth(501), encoder, 1_000_000_000), truth(501));
+        let later = sensors.read(truth(700), encoder, 3_000_000_000);
         assert_eq!((later.position, later.temperature), (501, 400));
         sensors.fail(SensorFault::OffTrack { seed: 1 });
         let counts: Vec<u16> = (0..1_000)
-            .map(|_| sensors.read(truth(512), 0).position)
+            .map(|_| sensors.read(truth(512), encoder, 0).position)
             .collect();
         for end in [0..=5, 1018..=1023] {
             assert!(counts.iter().filter(|count| end.contains(*count)).count() > 400);
@@ -180,7 +181,7 @@ mod tests {
             counts_per_s: -20.0,
         });
         for (seconds, expected) in [(7, 552), (8, 532), (10, 492), (40, 0)] {
-            let reading = sensors.read(truth(512), seconds * 1_000_000_000);
+            let reading = sensors.read(truth(512), encoder, seconds * 1_000_000_000);
             assert_eq!(reading.position, expected, "{seconds} s");
         }
         sensors.fail(SensorFault::Noise {
@@ -189,10 +190,10 @@ mod tests {
         });
         let square = |reading: Reading| (f64::from(reading.position) - 512.0).powi(2);
         let squares: f64 = (0..1_000)
-            .map(|_| square(sensors.read(truth(512), 0)))
+            .map(|_| square(sensors.read(truth(512), encoder, 0)))
             .sum();
         assert!((18.0..22.0).contains(&(squares / 1e3).sqrt()), "{squares}");
         sensors.mend();
-        assert_eq!(sensors.read(truth(512), 9), truth(512));
+        assert_eq!(sensors.read(truth(512), encoder, 9), truth(512));
     }
 }

@@ -1,21 +1,21 @@
-//! Servo of either firmware, as a device on the wire.
+//! Servo of any firmware, as a device on the wire.
 
 use super::lookahead::Schedule;
 use super::receiver::Decoded;
+use crate::encoder::Encoder;
 use crate::morpheus_servo::{Action, Reading, Servo};
 use crate::stock_servo::Ax12a;
+use crate::x_servo::XServo;
 
 /// A servo on the wire.
-#[expect(
-    clippy::large_enum_variant,
-    reason = "a bus has few, and they are not moved"
-)]
 #[derive(Clone, Debug)]
 pub enum Device {
     /// It runs Morpheus.
     Morpheus(Servo),
     /// It runs the stock firmware.
     Stock(Ax12a),
+    /// It is one of the X series.
+    X(XServo),
 }
 
 impl From<Servo> for Device {
@@ -30,19 +30,25 @@ impl From<Ax12a> for Device {
     }
 }
 
+impl From<XServo> for Device {
+    fn from(servo: XServo) -> Self {
+        Self::X(servo)
+    }
+}
+
 impl Device {
     /// The servo, if it runs Morpheus.
     pub fn morpheus(&self) -> Option<&Servo> {
         match self {
             Self::Morpheus(servo) => Some(servo),
-            Self::Stock(_) => None,
+            Self::Stock(_) | Self::X(_) => None,
         }
     }
 
     /// The servo, if it runs the stock firmware.
     pub fn stock(&self) -> Option<&Ax12a> {
         match self {
-            Self::Morpheus(_) => None,
+            Self::Morpheus(_) | Self::X(_) => None,
             Self::Stock(servo) => Some(servo),
         }
     }
@@ -50,8 +56,32 @@ impl Device {
     /// Mutable access, to properties that a master cannot change.
     pub fn stock_mut(&mut self) -> Option<&mut Ax12a> {
         match self {
-            Self::Morpheus(_) => None,
+            Self::Morpheus(_) | Self::X(_) => None,
             Self::Stock(servo) => Some(servo),
+        }
+    }
+
+    /// The servo, if it is one of the X series.
+    pub fn x_series(&self) -> Option<&XServo> {
+        match self {
+            Self::Morpheus(_) | Self::Stock(_) => None,
+            Self::X(servo) => Some(servo),
+        }
+    }
+
+    /// Mutable access, to properties that a master cannot change.
+    pub fn x_series_mut(&mut self) -> Option<&mut XServo> {
+        match self {
+            Self::Morpheus(_) | Self::Stock(_) => None,
+            Self::X(servo) => Some(servo),
+        }
+    }
+
+    /// Its position encoder.
+    pub const fn encoder(&self) -> Encoder {
+        match self {
+            Self::Morpheus(_) | Self::Stock(_) => Encoder::Potentiometer,
+            Self::X(_) => Encoder::Absolute,
         }
     }
 
@@ -60,6 +90,7 @@ impl Device {
         match self {
             Self::Morpheus(servo) => servo.id(),
             Self::Stock(servo) => servo.id(),
+            Self::X(servo) => servo.id(),
         }
     }
 
@@ -68,6 +99,7 @@ impl Device {
         match self {
             Self::Morpheus(servo) => servo.pwm(),
             Self::Stock(servo) => servo.pwm(),
+            Self::X(servo) => servo.pwm(),
         }
     }
 
@@ -76,6 +108,7 @@ impl Device {
         match self {
             Self::Morpheus(servo) => servo.connected(),
             Self::Stock(servo) => servo.connected(),
+            Self::X(servo) => servo.connected(),
         }
     }
 
@@ -83,6 +116,7 @@ impl Device {
         match self {
             Self::Morpheus(servo) => servo.connect(connected),
             Self::Stock(servo) => servo.connect(connected),
+            Self::X(servo) => servo.connect(connected),
         }
     }
 
@@ -90,6 +124,7 @@ impl Device {
         match self {
             Self::Morpheus(servo) => servo.power_cycle(at_ns),
             Self::Stock(servo) => servo.power_cycle(at_ns),
+            Self::X(servo) => servo.power_cycle(at_ns),
         }
     }
 
@@ -98,6 +133,7 @@ impl Device {
         match self {
             Self::Morpheus(servo) => servo.driving(),
             Self::Stock(servo) => servo.driving(),
+            Self::X(servo) => servo.driving(),
         }
     }
 
@@ -107,6 +143,7 @@ impl Device {
         match self {
             Self::Morpheus(servo) => servo.bit_ns(),
             Self::Stock(servo) => servo.bit_ns(),
+            Self::X(servo) => servo.bit_ns(),
         }
     }
 
@@ -118,13 +155,8 @@ impl Device {
                 let (next_ns, send_ns) = servo.schedule();
                 Schedule { next_ns, send_ns }
             }
-            Self::Stock(servo) => {
-                let next_ns = servo.next_event_ns();
-                Schedule {
-                    next_ns,
-                    send_ns: next_ns,
-                }
-            }
+            Self::Stock(servo) => Schedule::of_sender(servo.next_event_ns()),
+            Self::X(servo) => Schedule::of_sender(servo.next_event_ns()),
         }
     }
 
@@ -133,6 +165,7 @@ impl Device {
         match self {
             Self::Morpheus(servo) => servo.step(now_ns),
             Self::Stock(servo) => servo.step(now_ns),
+            Self::X(servo) => servo.step(now_ns),
         }
     }
 
@@ -140,8 +173,8 @@ impl Device {
     pub(super) fn run_ahead(&mut self, now_ns: u64, limit_ns: u64) {
         match self {
             Self::Morpheus(servo) => servo.run_ahead(now_ns, limit_ns),
-            // It has few events, and most of them are actions.
-            Self::Stock(_) => {}
+            // They have few events, and most of them are actions.
+            Self::Stock(_) | Self::X(_) => {}
         }
     }
 
@@ -149,7 +182,7 @@ impl Device {
     pub(super) fn heeds_start_bits(&self) -> bool {
         match self {
             Self::Morpheus(servo) => servo.heeds_start_bits(),
-            Self::Stock(_) => false,
+            Self::Stock(_) | Self::X(_) => false,
         }
     }
 
@@ -158,6 +191,7 @@ impl Device {
         match self {
             Self::Morpheus(servo) => servo.converted(reading),
             Self::Stock(servo) => servo.converted(reading),
+            Self::X(servo) => servo.converted(reading),
         }
     }
 
@@ -165,8 +199,8 @@ impl Device {
     pub(super) fn start_bit(&mut self) {
         match self {
             Self::Morpheus(servo) => servo.start_bit(),
-            // Its receiver is not known to lose bytes.
-            Self::Stock(_) => {}
+            // Their receivers are not known to lose bytes.
+            Self::Stock(_) | Self::X(_) => {}
         }
     }
 
@@ -176,6 +210,7 @@ impl Device {
             // Morpheus ignores the stop bit.
             Self::Morpheus(servo) => servo.receive(decoded.byte),
             Self::Stock(servo) => servo.receive(decoded.byte, decoded.framing_error, now_ns),
+            Self::X(servo) => servo.receive(decoded.byte, decoded.framing_error, now_ns),
         }
     }
 }

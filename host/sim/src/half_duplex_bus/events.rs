@@ -157,7 +157,10 @@ impl Wire {
         let device = &mut self.servos[servo];
         match device.step(now) {
             None => {}
-            Some(Action::Convert) => device.converted(mechanics.convert(servo, now)),
+            Some(Action::Convert) => {
+                let encoder = device.encoder();
+                device.converted(mechanics.convert_with(servo, encoder, now));
+            }
             Some(Action::Pwm(pwm)) => mechanics.drive(servo, now, pwm),
             Some(Action::Release) => {
                 if let Some(disturbance) = &mut self.disturbance {

@@ -17,6 +17,16 @@ pub(super) struct Schedule {
     pub(super) send_ns: u64,
 }
 
+impl Schedule {
+    /// That of a servo whose next event at `next_ns` may be to send.
+    pub(super) const fn of_sender(next_ns: u64) -> Self {
+        Self {
+            next_ns,
+            send_ns: next_ns,
+        }
+    }
+}
+
 impl Wire {
     /// Executes internal events of all servos up to `to_ns`, as far as no byte can reach them
     /// before.

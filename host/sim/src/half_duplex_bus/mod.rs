@@ -30,6 +30,7 @@ pub use faults::{BusDirection, ByteDamage, ByteFault};
 
 use std::collections::VecDeque;
 
+use super::encoder::Encoder;
 use super::morpheus_servo::{Reading, Servo};
 use events::Event;
 use faults::Faults;
@@ -49,6 +50,10 @@ pub(crate) fn bit_ns(baud: u32) -> u64 {
 pub trait Mechanics {
     /// Reading of servo `servo`'s converter at `at_ns`.
     fn convert(&mut self, servo: usize, at_ns: u64) -> Reading;
+    /// The same of a servo that may have another encoder than an AX-12A.
+    fn convert_with(&mut self, servo: usize, _encoder: Encoder, at_ns: u64) -> Reading {
+        self.convert(servo, at_ns)
+    }
     /// The PWM applied to servo `servo`'s motor changes at `at_ns`
     /// (0..=2000, 1000 = off). It is off at power-up.
     fn drive(&mut self, servo: usize, at_ns: u64, pwm: u16);

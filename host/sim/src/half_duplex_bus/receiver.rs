@@ -63,7 +63,9 @@ impl Receiver {
 
     /// From the start of a byte to its reception.
     fn decoded_after_ns(&self) -> u64 {
-        (4 * BITS - 1) * self.bit_ns / 4 + SYNCHRONISED_NS
+        // Above 2 Mbaud the next start bit would come before: it must not be missed.
+        let synchronised_ns = SYNCHRONISED_NS.min((self.bit_ns / 4).saturating_sub(2));
+        (4 * BITS - 1) * self.bit_ns / 4 + synchronised_ns
     }
 
     /// The earliest time at which it may have to sample the line.

@@ -5,9 +5,10 @@
 //! | `memory`  | the control table: EEPROM, RAM, write checks                |
 //! | `receiver` | the decoder of instruction packets                         |
 //! | `commands` | the instructions, and their replies                        |
-//! | `transmitter` | the transmitter and the bus driver                      |
 //! | `motor`   | wheel and joint mode: from the position to the duty         |
 //! | `protect` | heat, overload and supply; the alarms                       |
+//!
+//! Transmitter and bus driver are those of `status_transmitter`.
 //!
 //! # Sources
 //!
@@ -50,19 +51,18 @@ mod protect;
 mod receiver;
 #[cfg(test)]
 mod tests;
-mod transmitter;
 
 use armbridge_client::servo_table::AX12A;
 use armbridge_servo::Alarms;
 use armbridge_servo::protocol1::{BROADCAST, PacketError};
 
 use super::morpheus_servo::{Action, Reading};
+use super::status_transmitter::Transmitter;
 use commands::{Deferred, Packet, Write};
 use memory::{Memory, at};
 use motor::{FULL, Motor};
 use protect::Protection;
 use receiver::Receiver;
-use transmitter::Transmitter;
 
 /// Period of the control step.
 const PERIOD_NS: u64 = 1_001_000;

@@ -62,20 +62,36 @@ impl<'a> FastStatus<'a> {
 
     /// The packet of these parts, all with `count` bytes; `None` if it is longer than `N`.
     pub fn encode<const N: usize>(parts: &[Part<'_>], count: usize) -> Option<Vec<u8, N>> {
-        let mut bytes: Vec<u8, N> = Vec::new();
-        bytes.extend_from_slice(&HEADER).ok()?;
-        let length = Self::packet_bytes(parts.len(), count) - (HEAD - 1);
-        let [low, high] = u16::try_from(length).ok()?.to_le_bytes();
-        bytes
-            .extend_from_slice(&[BROADCAST, low, high, STATUS])
-            .ok()?;
+        let length = Self::packet_bytes(parts.len(), count);
+        let mut bytes: Vec<u8, N> = Vec::from_slice(&Self::encode_head(length)?).ok()?;
         for part in parts.iter().filter(|part| part.data.len() == count) {
-            let error = encode_error(part.is_alert, part.error);
-            bytes.extend_from_slice(&[error, part.id]).ok()?;
-            bytes.extend_from_slice(part.data).ok()?;
-            let crc = super::crc::checksum(&bytes);
-            bytes.extend_from_slice(&crc.to_le_bytes()).ok()?;
+            let part = part.encode::<N>(&bytes)?;
+            bytes.extend_from_slice(&part).ok()?;
         }
+        Some(bytes)
+    }
+
+    /// The bytes before the first part of a packet of so many bytes in all; `None` if no packet has
+    /// this length.
+    pub fn encode_head(packet_bytes: usize) -> Option<[u8; HEAD]> {
+        let length = u16::try_from(packet_bytes.checked_sub(HEAD - 1)?).ok()?;
+        let [low, high] = length.to_le_bytes();
+        let [a, b, c, d] = HEADER;
+        Some([a, b, c, d, BROADCAST, low, high, STATUS])
+    }
+}
+
+impl Part<'_> {
+    /// Its bytes in a packet of which these are sent already; `None` if they are more than `N`.
+    pub fn encode<const N: usize>(&self, before: &[u8]) -> Option<Vec<u8, N>> {
+        let mut bytes = Vec::new();
+        let error = encode_error(self.is_alert, self.error);
+        bytes.extend_from_slice(&[error, self.id]).ok()?;
+        bytes.extend_from_slice(self.data).ok()?;
+        let mut crc = Crc::new();
+        crc.update(before);
+        crc.update(&bytes);
+        bytes.extend_from_slice(&crc.value().to_le_bytes()).ok()?;
         Some(bytes)
     }
 }

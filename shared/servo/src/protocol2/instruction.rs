@@ -18,6 +18,7 @@ mod code {
     pub(super) const FAST_SYNC_READ: u8 = 0x8A;
     pub(super) const BULK_READ: u8 = 0x92;
     pub(super) const BULK_WRITE: u8 = 0x93;
+    pub(super) const FAST_BULK_READ: u8 = 0x9A;
 }
 
 /// Parameters of CLEAR that reset the turns of a position (e-Manual, "Clear").
@@ -98,6 +99,8 @@ pub enum Instruction<'a> {
     },
     /// Reads registers of several servos, of each its own: encoded [`BulkItem`]s of five bytes.
     BulkRead(&'a [u8]),
+    /// The same with one joint answer, a fast status packet with parts of different lengths.
+    FastBulkRead(&'a [u8]),
     /// Writes registers of several servos, of each its own: id, address, count and bytes, servo by
     /// servo; never answered.
     BulkWrite(&'a [u8]),
@@ -181,6 +184,7 @@ impl<'a> Instruction<'a> {
                 blocks,
             } => (code::SYNC_WRITE, &[address, count], blocks),
             Self::BulkRead(items) => (code::BULK_READ, &[], items),
+            Self::FastBulkRead(items) => (code::FAST_BULK_READ, &[], items),
             Self::BulkWrite(items) => (code::BULK_WRITE, &[], items),
         };
         let mut parameters: Vec<u8, N> = Vec::new();
@@ -250,7 +254,10 @@ impl<'a> Instruction<'a> {
                 _ => Err(InstructionError::Length),
             },
             code::BULK_READ if parameters.len().is_multiple_of(5) => Ok(Self::BulkRead(parameters)),
-            code::CLEAR | code::BULK_READ => Err(InstructionError::Length),
+            code::FAST_BULK_READ if parameters.len().is_multiple_of(5) => {
+                Ok(Self::FastBulkRead(parameters))
+            }
+            code::CLEAR | code::BULK_READ | code::FAST_BULK_READ => Err(InstructionError::Length),
             code::BULK_WRITE => Ok(Self::BulkWrite(parameters)),
             unknown => Err(InstructionError::Unknown(unknown)),
         }

@@ -7,6 +7,8 @@
 
 /// Model number, two bytes.
 pub const MODEL_NUMBER: u16 = 0;
+/// Model information, four bytes, which the e-Manual does not explain.
+pub const MODEL_INFORMATION: u16 = 2;
 /// Version of the firmware.
 pub const FIRMWARE_VERSION: u16 = 6;
 /// The servo's id, 0 to 252.
@@ -21,8 +23,12 @@ pub const DRIVE_MODE: u16 = 10;
 pub const OPERATING_MODE: u16 = 11;
 /// Second id to which the servo listens without an answer; above 252 for none.
 pub const SHADOW_ID: u16 = 12;
+/// Protocol that the servo speaks; 2 for Protocol 2.0.
+pub const PROTOCOL_TYPE: u16 = 13;
 /// Offset that is added to the position, in counts, four bytes.
 pub const HOMING_OFFSET: u16 = 20;
+/// Speed above which [`MOVING`] is set, four bytes.
+pub const MOVING_THRESHOLD: u16 = 24;
 /// Highest temperature, in °C.
 pub const TEMPERATURE_LIMIT: u16 = 31;
 /// Highest supply, in 0.1 V, two bytes.
@@ -33,6 +39,16 @@ pub const MIN_VOLTAGE_LIMIT: u16 = 34;
 pub const PWM_LIMIT: u16 = 36;
 /// Largest current, two bytes, of models that measure it.
 pub const CURRENT_LIMIT: u16 = 38;
+/// Largest speed, four bytes.
+pub const VELOCITY_LIMIT: u16 = 44;
+/// Largest goal of position control mode, four bytes.
+pub const MAX_POSITION_LIMIT: u16 = 48;
+/// Smallest goal of position control mode, four bytes.
+pub const MIN_POSITION_LIMIT: u16 = 52;
+/// Bit 0: torque on at power-up; bit 1: RAM restored at power-up.
+pub const STARTUP_CONFIGURATION: u16 = 60;
+/// Slope of the duty, of XL330 and XC330.
+pub const PWM_SLOPE: u16 = 62;
 /// Hardware errors that switch torque off, as bits of [`HARDWARE_ERROR`].
 pub const SHUTDOWN: u16 = 63;
 /// Torque on or off.
@@ -45,6 +61,20 @@ pub const STATUS_RETURN_LEVEL: u16 = 68;
 pub const REGISTERED_INSTRUCTION: u16 = 69;
 /// Errors of the hardware: bit 0 supply, 2 heat, 3 encoder, 4 electrical shock, 5 overload.
 pub const HARDWARE_ERROR: u16 = 70;
+/// Integral gain of velocity control, two bytes.
+pub const VELOCITY_I_GAIN: u16 = 76;
+/// Proportional gain of velocity control, two bytes.
+pub const VELOCITY_P_GAIN: u16 = 78;
+/// Differential gain of position control, two bytes.
+pub const POSITION_D_GAIN: u16 = 80;
+/// Integral gain of position control, two bytes.
+pub const POSITION_I_GAIN: u16 = 82;
+/// Proportional gain of position control, two bytes.
+pub const POSITION_P_GAIN: u16 = 84;
+/// Feedforward of the acceleration, two bytes.
+pub const FEEDFORWARD_2ND_GAIN: u16 = 88;
+/// Feedforward of the speed, two bytes.
+pub const FEEDFORWARD_1ST_GAIN: u16 = 90;
 /// Silence of the bus in units of 20 ms after which the servo stops, 1 to 127; 0 for never, 255
 /// after it has.
 pub const BUS_WATCHDOG: u16 = 98;
@@ -54,10 +84,18 @@ pub const GOAL_PWM: u16 = 100;
 pub const GOAL_CURRENT: u16 = 102;
 /// Speed in velocity control mode, four bytes.
 pub const GOAL_VELOCITY: u16 = 104;
+/// Acceleration of the profile, four bytes; 0 for none.
+pub const PROFILE_ACCELERATION: u16 = 108;
+/// Speed of the profile, four bytes; 0 for none.
+pub const PROFILE_VELOCITY: u16 = 112;
 /// Position in the position control modes, four bytes.
 pub const GOAL_POSITION: u16 = 116;
 /// Milliseconds, modulo 32 768, two bytes.
 pub const REALTIME_TICK: u16 = 120;
+/// Whether it moves.
+pub const MOVING: u16 = 122;
+/// Details of the motion, as bits.
+pub const MOVING_STATUS: u16 = 123;
 /// Duty on the motor, two bytes.
 pub const PRESENT_PWM: u16 = 124;
 /// Current, of models that measure it, else an estimated load; two bytes.
@@ -66,7 +104,15 @@ pub const PRESENT_CURRENT: u16 = 126;
 pub const PRESENT_VELOCITY: u16 = 128;
 /// Position in counts, of several turns, four bytes.
 pub const PRESENT_POSITION: u16 = 132;
+/// Speed that the profile wants, four bytes.
+pub const VELOCITY_TRAJECTORY: u16 = 136;
+/// Position that the profile wants, four bytes.
+pub const POSITION_TRAJECTORY: u16 = 140;
 /// Supply in 0.1 V, two bytes.
 pub const PRESENT_VOLTAGE: u16 = 144;
 /// Temperature in °C.
 pub const PRESENT_TEMPERATURE: u16 = 146;
+/// Whether there is a backup of the control table.
+pub const BACKUP_READY: u16 = 147;
+/// First of the indirect addresses, two bytes each; behind them are the indirect data.
+pub const INDIRECT_ADDRESS: u16 = 168;

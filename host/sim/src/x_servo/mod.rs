@@ -1,0 +1,371 @@
+//! Virtual servo: an XL430, XL330, XM430 or XC330, with Dynamixel Protocol 2.0.
+//!
+//! | module    | model of                                                       |
+//! |-----------|----------------------------------------------------------------|
+//! | `specification` | what the models differ in                                |
+//! | `table`   | the control table as data                                      |
+//! | `memory`  | its bytes: EEPROM, RAM, indirect addresses, write checks       |
+//! | `receiver` | the decoder of packets                                        |
+//! | `commands` | the instructions, and their replies                           |
+//! | `effects` | what follows from a write; reboot and reset                    |
+//! | `chain`   | the order of several servos' replies to one instruction        |
+//! | `motor`   | the operating modes: from the encoder's count to the duty      |
+//! | `protect` | heat, overload and supply; the hardware errors                 |
+//!
+//! Transmitter and bus driver are those of `status_transmitter`.
+//!
+//! # Sources
+//!
+//! The firmware is closed. Its behaviour is taken from ROBOTIS's e-Manual ("DYNAMIXEL Protocol
+//! 2.0", and the pages of the models): instructions, errors, control table, units, operating
+//! modes and their resets, secondary id, homing offset, shutdown, PWM slope. Of the bus watchdog
+//! it says: while torque is on, the time between instruction packets is measured; if it is larger
+//! than the register, the servo stops, the register becomes -1, and the goals can only be read (a
+//! write is a data range error) until 0 is written. Torque stays on. The order of the joint packet
+//! of a fast read, and the time for a broadcast ping, are those that ROBOTIS's `DynamixelSDK`
+//! expects.
+//!
+//! # Assumptions
+//!
+//! These have no source; a master should not depend on them.
+//! - A reply begins [`PROCESSING_NS`] and the return delay after the instruction, or in a chain
+//!   after the packet before; a part of a fast read without the return delay, except the first. Data
+//!   are read when the instruction is received.
+//! - The control step has a period of a thousandth more than a millisecond, so that it slides past
+//!   a master's own, and begins with a phase that depends on the id; the duty changes
+//!   [`CONTROL_NS`] after the position is sampled. Sending is not held up by it.
+//! - Power-up, reboot and factory reset take [`BOOT_NS`], in which nothing is received. The motor is off
+//!   from their beginning.
+//! - RAM is written at once (e-Manual, "Reg Write"), EEPROM after the status packet, which has the
+//!   old id and rate. Two bytes of EEPROM take 140 µs, in which nothing is received: two half-words
+//!   of an STM32F103's flash, of up to 70 µs each.
+//! - Any intact instruction packet on the bus feeds the bus watchdog, to whichever servo it goes;
+//!   it is looked at each control step. When it stops the servo, the goal of the operating mode becomes 0,
+//!   or the present position. A damaged packet, or a reply of another servo, does not feed it.
+//! - After an operating mode change the goal PWM is the PWM limit in PWM mode too, by the letter
+//!   of the e-Manual: to enable torque without another goal is full duty.
+//! - With torque off a goal position follows the position.
+//! - An instruction that comes before the answer to the last is sent takes its place.
+//! - Parameters that do not fit are a data length error. An unknown instruction, or a damaged
+//!   packet with this servo's id, is answered where the status return level has a WRITE answered.
+//!   A factory reset with torque on is an access error.
+//! - See also those of `receiver`, `chain`, `motor` and `protect`.
+//!
+//! LED, startup configuration and backup are registers only; the supply does not sag. Duties
+//! become the PWM that [`Mechanics`](super::half_duplex_bus::Mechanics) takes, 1000 for off.
+
+mod chain;
+mod commands;
+mod effects;
+mod memory;
+mod motor;
+mod protect;
+mod receiver;
+mod specification;
+mod table;
+#[cfg(test)]
+mod tests;
+
+use armbridge_servo::protocol2::PacketError;
+use armbridge_servo::protocol2::frame::STATUS;
+use armbridge_servo::protocol2::model::{Model, OperatingMode, baud_rate};
+use armbridge_servo::protocol2::register as at;
+
+use super::morpheus_servo::{Action, Reading};
+use super::status_transmitter::Transmitter;
+use chain::Turn;
+use commands::Packet;
+use effects::Deferred;
+use memory::{Memory, WATCHDOG_TRIGGERED};
+use motor::{Motor, Output};
+use protect::Protection;
+use receiver::Receiver;
+
+/// Period of the control step.
+const PERIOD_NS: u64 = 1_001_000;
+/// The same in s.
+const PERIOD_S: f64 = PERIOD_NS as f64 * 1e-9;
+/// From the sample of the position to the change of the duty.
+const CONTROL_NS: u64 = 50_000;
+/// Phase difference of the control period between consecutive ids.
+const PHASE_NS: u64 = 377_000;
+/// From the end of a packet to the reply, without return delay.
+const PROCESSING_NS: u64 = 20_000;
+/// From power-up to the first instruction that is received.
+const BOOT_NS: u64 = 100_000_000;
+/// Unit of the bus watchdog (e-Manual, "Bus Watchdog").
+const WATCHDOG_NS: u64 = 20_000_000;
+/// Values of the realtime tick, a millisecond each.
+const TICKS: u64 = 32_768;
+/// Bits of a byte on the wire.
+const BYTE_BITS: u64 = 10;
+/// The PWM that switches the motor off.
+const OFF: u16 = 1000;
+
+/// State of the control step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// It has been switched on or restarted.
+    Boot,
+    /// Waiting for its time.
+    Idle,
+    /// The position has been sampled.
+    Running,
+}
+
+/// One servo, powered up together with its wire.
+#[derive(Clone, Debug)]
+pub struct XServo {
+    model: &'static Model,
+    memory: Memory,
+    receiver: Receiver,
+    registered: Option<(u16, Vec<u8>)>,
+    deferred: Option<Deferred>,
+    turn: Option<Turn>,
+    transmitter: Transmitter,
+    motor: Motor,
+    protection: Protection,
+    stage: Stage,
+    stage_end_ns: u64,
+    started_ns: u64,
+    last_instruction_ns: u64,
+    count: u16,
+    pwm: u16,
+    deaf_until_ns: u64,
+    connected: bool,
+}
+
+impl XServo {
+    /// A servo with factory settings except this id, and this code of the baud rate, see
+    /// [`baud_rate`].
+    pub fn new(model: &'static Model, id: u8, baud_code: u8) -> Self {
+        let specification = specification::find(model);
+        let mut memory = Memory::new(model, specification);
+        memory.set_byte(at::ID, id);
+        memory.set_byte(at::BAUD_RATE, baud_code);
+        let mut servo = Self {
+            model,
+            memory,
+            receiver: Receiver::new(),
+            registered: None,
+            deferred: None,
+            turn: None,
+            transmitter: Transmitter::new(),
+            motor: Motor::new(model, specification),
+            protection: Protection::new(model, specification),
+            stage: Stage::Boot,
+            stage_end_ns: 0,
+            started_ns: 0,
+            last_instruction_ns: 0,
+            count: 0,
+            pwm: OFF,
+            deaf_until_ns: 0,
+            connected: true,
+        };
+        servo.power_cycle(0);
+        servo
+    }
+
+    /// The model.
+    pub fn model(&self) -> &'static Model {
+        self.model
+    }
+
+    /// The id in its EEPROM.
+    pub fn id(&self) -> u8 {
+        self.memory.byte(at::ID)
+    }
+
+    /// Value of the register at an address of `armbridge_servo::protocol2::register`, if the model
+    /// has it.
+    pub fn register(&self, address: u16) -> Option<i32> {
+        self.memory.value(address)
+    }
+
+    /// PWM on the motor, 0..=2000, 1000 = off.
+    pub fn pwm(&self) -> u16 {
+        self.pwm
+    }
+
+    /// Whether a hardware error is set, as every status packet tells.
+    pub fn is_alert(&self) -> bool {
+        self.memory.byte(at::HARDWARE_ERROR) != 0
+    }
+
+    /// Whether it is connected to the wire.
+    pub fn connected(&self) -> bool {
+        self.connected
+    }
+
+    /// Sets the supply voltage, in 0.1 V.
+    pub fn set_supply(&mut self, decivolt: u8) {
+        self.protection.supply_decivolt = decivolt;
+    }
+
+    /// Sets the temperature, in °C.
+    pub fn set_temperature(&mut self, celsius: f64) {
+        self.protection.temperature_c = celsius;
+    }
+
+    /// Starts external heating, in °C a second.
+    pub fn heat(&mut self, celsius_per_s: f64) {
+        self.protection.external_c_per_s = celsius_per_s;
+    }
+
+    /// Ends external heating, and sets the temperature to that of the air.
+    pub fn cool(&mut self) {
+        self.protection.cool();
+    }
+
+    pub(crate) fn connect(&mut self, connected: bool) {
+        self.connected = connected;
+    }
+
+    /// Power-cycles it: only EEPROM and temperature are retained.
+    pub(crate) fn power_cycle(&mut self, at_ns: u64) {
+        self.restart(at_ns);
+        self.pwm = OFF;
+    }
+
+    /// Starts it again. The motor is switched off with the next step.
+    fn restart(&mut self, at_ns: u64) {
+        let specification = specification::find(self.model);
+        self.memory.power_up();
+        self.receiver = Receiver::new();
+        self.registered = None;
+        self.deferred = None;
+        self.turn = None;
+        self.transmitter = Transmitter::new();
+        self.motor = Motor::new(self.model, specification);
+        self.protection.power_up();
+        self.stage = Stage::Boot;
+        self.stage_end_ns = at_ns;
+        self.started_ns = at_ns;
+        self.last_instruction_ns = at_ns;
+        self.deaf_until_ns = at_ns + BOOT_NS;
+    }
+
+    /// Whether its bus driver is on, which disconnects its receiver.
+    pub(crate) fn driving(&self) -> bool {
+        self.transmitter.driving()
+    }
+
+    /// Length of one bit at its present rate.
+    pub(crate) fn bit_ns(&self) -> u64 {
+        let baud = baud_rate(self.memory.byte(at::BAUD_RATE));
+        1_000_000_000 / u64::from(baud.unwrap_or(57_600))
+    }
+
+    pub(crate) fn next_event_ns(&self) -> u64 {
+        self.stage_end_ns.min(self.transmitter.next_event_ns())
+    }
+
+    /// Executes the event due at `now_ns`.
+    pub(crate) fn step(&mut self, now_ns: u64) -> Option<Action> {
+        if self.stage_end_ns <= now_ns {
+            return self.control(now_ns);
+        }
+        let action = self.transmitter.step(now_ns, self.bit_ns());
+        if let Some(Action::Release) = action {
+            self.run_deferred(now_ns);
+        }
+        action
+    }
+
+    fn control(&mut self, now_ns: u64) -> Option<Action> {
+        match self.stage {
+            Stage::Boot => {
+                self.stage = Stage::Idle;
+                let phase_ns = (1 + u64::from(self.id())) * PHASE_NS % PERIOD_NS;
+                self.stage_end_ns = now_ns + BOOT_NS - PERIOD_NS - CONTROL_NS + phase_ns;
+                self.set_pwm(0)
+            }
+            Stage::Idle => {
+                self.stage = Stage::Running;
+                self.stage_end_ns = now_ns + CONTROL_NS;
+                Some(Action::Convert)
+            }
+            Stage::Running => {
+                self.stage = Stage::Idle;
+                self.stage_end_ns = now_ns + PERIOD_NS - CONTROL_NS;
+                let duty = self.duty(now_ns);
+                self.set_pwm(duty)
+            }
+        }
+    }
+
+    /// A control step, to the duty.
+    fn duty(&mut self, now_ns: u64) -> i16 {
+        let ticks = now_ns.saturating_sub(self.started_ns) / 1_000_000 % TICKS;
+        self.memory.set_short(at::REALTIME_TICK, ticks as i16);
+        self.watch_bus(now_ns);
+        let supply_v = self.protection.supply_v();
+        let output = self.motor.step(&mut self.memory, self.count, supply_v);
+        let is_off = self
+            .protection
+            .step(&mut self.memory, output, now_ns, PERIOD_S);
+        if is_off {
+            self.memory.set_byte(at::TORQUE_ENABLE, 0);
+            self.memory.is_shut_down = true;
+            return Output::default().duty;
+        }
+        output.duty
+    }
+
+    /// Stops the servo if the bus has been silent for too long.
+    fn watch_bus(&mut self, now_ns: u64) {
+        let limit = self.memory.byte(at::BUS_WATCHDOG);
+        let is_set = limit != 0 && limit != WATCHDOG_TRIGGERED;
+        // An instruction ends with its stop bit, which may still be on the wire.
+        let silence_ns = now_ns.saturating_sub(self.last_instruction_ns);
+        if !is_set || !self.memory.torque_on() || silence_ns <= u64::from(limit) * WATCHDOG_NS {
+            return;
+        }
+        self.memory.set_byte(at::BUS_WATCHDOG, WATCHDOG_TRIGGERED);
+        if self.memory.has_mode(&[OperatingMode::Pwm]) {
+            self.memory.set_short(at::GOAL_PWM, 0);
+        }
+        if self.memory.has_mode(&[OperatingMode::Current]) {
+            self.memory.set_short(at::GOAL_CURRENT, 0);
+        }
+        self.memory.set_long(at::GOAL_VELOCITY, 0);
+        self.motor.stop(&mut self.memory);
+    }
+
+    fn set_pwm(&mut self, duty: i16) -> Option<Action> {
+        let share = f64::from(duty) / f64::from(self.model.full_pwm);
+        let pwm = (f64::from(OFF) * (1.0 + share)).round() as u16;
+        let before = std::mem::replace(&mut self.pwm, pwm);
+        (pwm != before).then_some(Action::Pwm(pwm))
+    }
+
+    pub(crate) fn converted(&mut self, reading: Reading) {
+        self.count = reading.position;
+    }
+
+    /// Processes a received byte, three quarters into its stop bit.
+    pub(crate) fn receive(&mut self, byte: u8, framing_error: bool, now_ns: u64) {
+        if now_ns < self.deaf_until_ns {
+            self.receiver.clear();
+            return;
+        }
+        // Delays start at the end of the stop bit.
+        let end_ns = now_ns + self.bit_ns() / 4;
+        let id = self.id();
+        let packet = match self.receiver.push(byte, framing_error, now_ns) {
+            Some(Ok(frame)) if frame.code == STATUS => {
+                let from = frame.id;
+                return self.status_received(from, end_ns);
+            }
+            Some(Ok(frame)) => Packet::new(&frame),
+            Some(Err(PacketError::Crc { id: to } | PacketError::Stuffing { id: to }))
+                if to == id =>
+            {
+                return self.reply_to_damage(end_ns);
+            }
+            Some(Err(_)) => return,
+            None => return self.part_received(end_ns),
+        };
+        self.execute(&packet, end_ns);
+    }
+}
