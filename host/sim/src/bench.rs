@@ -35,21 +35,17 @@ impl Bench {
             .iter()
             .map(|id| Servo::with_id(id.get()).into())
             .collect();
-        Self::assemble(plant, servos)
+        Self::with_devices(plant, servos)
     }
 
     /// These servos, powered up at time 0. The first two move the joints of
     /// `plant`, in this order; any others turn a free shaft.
     pub fn with_servos(plant: Plant, servos: &[ServoKind]) -> Self {
-        Self::assemble(plant, servos.iter().map(|kind| kind.build()).collect())
+        Self::with_devices(plant, servos.iter().map(|kind| kind.build()).collect())
     }
 
-    /// The same with servos as they are on a wire, among them those of the X series.
+    /// The same with servos as they are on a wire: also those of the X series.
     pub fn with_devices(plant: Plant, servos: Vec<Device>) -> Self {
-        Self::assemble(plant, servos)
-    }
-
-    fn assemble(plant: Plant, servos: Vec<Device>) -> Self {
         Self {
             joints: Joints::new(plant, servos.len()),
             wire: Wire::new(servos),

@@ -16,7 +16,7 @@ use armbridge_servo::protocol2::register as at;
 use armbridge_servo::protocol2::{BROADCAST, BulkItem, FastStatus, Instruction, Part, StatusError};
 
 use super::commands::REPLY_MAX;
-use super::{BYTE_BITS, PROCESSING_NS, XServo};
+use super::{PROCESSING_NS, XServo};
 
 /// Address and number of the bytes to read.
 pub(super) type Span = (u16, u16);
@@ -159,10 +159,8 @@ impl XServo {
         let Some(part) = part.encode::<REPLY_MAX>(before) else {
             return;
         };
-        let bytes = [head, &part].concat();
-        let end_ns = start_ns + bytes.len() as u64 * BYTE_BITS * self.bit_ns();
-        self.receiver.append(&bytes, end_ns);
-        self.transmit(start_ns, &bytes);
+        self.transmit(start_ns, &[head, &part].concat());
+        self.sends_part = true;
     }
 
     /// A packet has grown: it may be the turn of this servo's part.

@@ -8,7 +8,7 @@ use armbridge_servo::protocol2::{
 use super::chain;
 use super::effects::Deferred;
 use super::table;
-use super::{BYTE_BITS, PROCESSING_NS, XServo};
+use super::{BYTE_BITS, PROCESSING_NS, Stage, XServo};
 
 /// Unit of the return delay register (e-Manual, "Return Delay Time").
 const RETURN_DELAY_NS: u64 = 2_000;
@@ -70,8 +70,11 @@ impl XServo {
             _ => return,
         };
         // A packet before the reply cancels the reply, and is executed.
-        self.transmitter.begin(0, &[]);
+        self.transmit(0, &[]);
         self.run_deferred(end_ns);
+        if self.stage == Stage::Boot {
+            return;
+        }
         let frame = Frame {
             id: packet.id,
             code: packet.code,
@@ -109,9 +112,7 @@ impl XServo {
             Instruction::Read { address, count } => {
                 (ReplyLevel::Reading, self.memory.read(address, count))
             }
-            Instruction::Write { address, data } => {
-                done(self.write(address, data, is_group, end_ns))
-            }
+            Instruction::Write { address, data } => done(self.write(address, data, is_group)),
             Instruction::RegWrite { address, data } => {
                 let checked = self.memory.check(address, data, is_group);
                 if checked.is_ok() {
@@ -120,7 +121,7 @@ impl XServo {
                 }
                 done(checked.map(|_| ()))
             }
-            Instruction::Action => done(self.act(is_group, end_ns)),
+            Instruction::Action => done(self.act(is_group)),
             Instruction::FactoryReset(option) => done(self.reset(option, to)),
             Instruction::Reboot => {
                 self.deferred = Some(Deferred::Reboot);
@@ -132,9 +133,9 @@ impl XServo {
                 blocks,
                 address,
             } => {
-                return self.sync_write(address, count, blocks, end_ns);
+                return self.sync_write(address, count, blocks);
             }
-            Instruction::BulkWrite(blocks) => return self.bulk_write(blocks, end_ns),
+            Instruction::BulkWrite(blocks) => return self.bulk_write(blocks),
             Instruction::SyncRead { .. }
             | Instruction::FastSyncRead { .. }
             | Instruction::BulkRead(_)
@@ -155,27 +156,21 @@ impl XServo {
         Ok(identity)
     }
 
-    fn write(
-        &mut self,
-        address: u16,
-        data: &[u8],
-        is_group: bool,
-        end_ns: u64,
-    ) -> Result<(), StatusError> {
+    fn write(&mut self, address: u16, data: &[u8], is_group: bool) -> Result<(), StatusError> {
         let writes = self.memory.check(address, data, is_group)?;
         if writes.iter().any(|(address, _)| *address < table::RAM) {
             self.deferred = Some(Deferred::Write(writes));
         } else {
-            self.apply(&writes, end_ns);
+            self.apply(&writes);
         }
         Ok(())
     }
 
     /// ACTION: checks the registered write again, because registers may have changed.
-    fn act(&mut self, is_group: bool, end_ns: u64) -> Result<(), StatusError> {
+    fn act(&mut self, is_group: bool) -> Result<(), StatusError> {
         self.memory.set_byte(at::REGISTERED_INSTRUCTION, 0);
         let (address, data) = self.registered.take().ok_or(StatusError::Instruction)?;
-        self.write(address, &data, is_group, end_ns)
+        self.write(address, &data, is_group)
     }
 
     fn reset(&mut self, option: u8, to: Addressee) -> Result<(), StatusError> {
@@ -201,7 +196,7 @@ impl XServo {
         Ok(())
     }
 
-    fn sync_write(&mut self, address: u16, count: u16, blocks: &[u8], end_ns: u64) {
+    fn sync_write(&mut self, address: u16, count: u16, blocks: &[u8]) {
         let mut blocks = blocks.chunks_exact(usize::from(count) + 1);
         let own = blocks.find_map(|block| {
             let (id, data) = block.split_first()?;
@@ -209,11 +204,11 @@ impl XServo {
         });
         if let Some(data) = own {
             // It is never answered.
-            let _ = self.write(address, data, false, end_ns);
+            let _ = self.write(address, data, false);
         }
     }
 
-    fn bulk_write(&mut self, mut blocks: &[u8], end_ns: u64) {
+    fn bulk_write(&mut self, mut blocks: &[u8]) {
         while let &[id, a, b, c, d, ref rest @ ..] = blocks {
             let count = usize::from(u16::from_le_bytes([c, d]));
             let Some((data, others)) = rest.split_at_checked(count) else {
@@ -221,7 +216,7 @@ impl XServo {
             };
             if id == self.id() {
                 // It is never answered.
-                let _ = self.write(u16::from_le_bytes([a, b]), data, false, end_ns);
+                let _ = self.write(u16::from_le_bytes([a, b]), data, false);
                 return;
             }
             blocks = others;
@@ -273,5 +268,6 @@ impl XServo {
 
     pub(super) fn transmit(&mut self, start_ns: u64, bytes: &[u8]) {
         self.transmitter.begin(start_ns, bytes);
+        self.sends_part = false;
     }
 }

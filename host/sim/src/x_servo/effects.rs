@@ -1,9 +1,9 @@
-//! Effects of instructions: what follows from the registers that are written, and what is done after
-//! the status packet.
+//! Effects of instructions: what follows from the registers that are written, and what is done
+//! after the status packet.
 //!
-//! From the e-Manual: a new operating mode resets gains, profile and goals; the turns of the position
-//! are reset by position and extended position control mode when they are set, and by torque on in
-//! position control mode; a goal enables torque if the drive mode says so.
+//! From the e-Manual: a new operating mode resets gains, profile and goals; the turns of the
+//! position are reset by position and extended position control mode when they are set, and by
+//! torque on in position control mode; a goal enables torque if the drive mode says so.
 
 use armbridge_servo::protocol2::model::OperatingMode;
 use armbridge_servo::protocol2::register as at;
@@ -34,7 +34,7 @@ impl XServo {
             Some(Deferred::Write(writes)) => {
                 let persistent = writes.iter().filter(|(address, _)| *address < table::RAM);
                 let words = persistent.count().div_ceil(2) as u64;
-                self.apply(&writes, now_ns);
+                self.apply(&writes);
                 self.deaf_until_ns = self.deaf_until_ns.max(now_ns + words * EEPROM_WORD_NS);
             }
             Some(Deferred::Reset(option)) => {
@@ -53,7 +53,7 @@ impl XServo {
     }
 
     /// Writes checked bytes, with all that follows from them.
-    pub(super) fn apply(&mut self, writes: &[(u16, u8)], now_ns: u64) {
+    pub(super) fn apply(&mut self, writes: &[(u16, u8)]) {
         let was_on = self.memory.torque_on();
         let mode = self.memory.byte(at::OPERATING_MODE);
         let was_reverse = self.memory.is_reverse();
@@ -82,12 +82,6 @@ impl XServo {
             if !writes_to(at::GOAL_POSITION) {
                 self.motor.stop(&mut self.memory);
             }
-        }
-        if writes
-            .iter()
-            .any(|(address, _)| *address == at::BUS_WATCHDOG)
-        {
-            self.last_instruction_ns = now_ns;
         }
     }
 }

@@ -4,7 +4,7 @@
 //!
 //! | error       | condition                                                          |
 //! |-------------|--------------------------------------------------------------------|
-//! | access      | an address without a register, a register that is only read, EEPROM while torque is on or by the secondary id |
+//! | access      | no register, or one only read; EEPROM with torque on, or by the secondary id |
 //! | data length | a part of a register                                               |
 //! | data range  | outside the register's range; a goal while the bus watchdog is triggered |
 //! | data limit  | a goal beyond the limit that another register sets                 |

@@ -11,6 +11,7 @@
 //! | `chain`   | the order of several servos' replies to one instruction        |
 //! | `motor`   | the operating modes: from the encoder's count to the duty      |
 //! | `protect` | heat, overload and supply; the hardware errors                 |
+//! | `watchdog` | the stop when the bus is silent                               |
 //!
 //! Transmitter and bus driver are those of `status_transmitter`.
 //!
@@ -18,12 +19,9 @@
 //!
 //! The firmware is closed. Its behaviour is taken from ROBOTIS's e-Manual ("DYNAMIXEL Protocol
 //! 2.0", and the pages of the models): instructions, errors, control table, units, operating
-//! modes and their resets, secondary id, homing offset, shutdown, PWM slope. Of the bus watchdog
-//! it says: while torque is on, the time between instruction packets is measured; if it is larger
-//! than the register, the servo stops, the register becomes -1, and the goals can only be read (a
-//! write is a data range error) until 0 is written. Torque stays on. The order of the joint packet
-//! of a fast read, and the time for a broadcast ping, are those that ROBOTIS's `DynamixelSDK`
-//! expects.
+//! modes and their resets, bus watchdog, secondary id, homing offset, shutdown, PWM slope. The
+//! layout of the joint packet of a fast read, and the time for a broadcast ping, are those that
+//! ROBOTIS's `DynamixelSDK` expects.
 //!
 //! # Assumptions
 //!
@@ -34,14 +32,11 @@
 //! - The control step has a period of a thousandth more than a millisecond, so that it slides past
 //!   a master's own, and begins with a phase that depends on the id; the duty changes
 //!   [`CONTROL_NS`] after the position is sampled. Sending is not held up by it.
-//! - Power-up, reboot and factory reset take [`BOOT_NS`], in which nothing is received. The motor is off
-//!   from their beginning.
+//! - Power-up, reboot and factory reset take [`BOOT_NS`], in which nothing is received. The motor
+//!   is off from their beginning.
 //! - RAM is written at once (e-Manual, "Reg Write"), EEPROM after the status packet, which has the
 //!   old id and rate. Two bytes of EEPROM take 140 µs, in which nothing is received: two half-words
 //!   of an STM32F103's flash, of up to 70 µs each.
-//! - Any intact instruction packet on the bus feeds the bus watchdog, to whichever servo it goes;
-//!   it is looked at each control step. When it stops the servo, the goal of the operating mode becomes 0,
-//!   or the present position. A damaged packet, or a reply of another servo, does not feed it.
 //! - After an operating mode change the goal PWM is the PWM limit in PWM mode too, by the letter
 //!   of the e-Manual: to enable torque without another goal is full duty.
 //! - With torque off a goal position follows the position.
@@ -49,7 +44,7 @@
 //! - Parameters that do not fit are a data length error. An unknown instruction, or a damaged
 //!   packet with this servo's id, is answered where the status return level has a WRITE answered.
 //!   A factory reset with torque on is an access error.
-//! - See also those of `receiver`, `chain`, `motor` and `protect`.
+//! - See also those of `receiver`, `chain`, `motor`, `protect` and `watchdog`.
 //!
 //! LED, startup configuration and backup are registers only; the supply does not sag. Duties
 //! become the PWM that [`Mechanics`](super::half_duplex_bus::Mechanics) takes, 1000 for off.
@@ -65,10 +60,11 @@ mod specification;
 mod table;
 #[cfg(test)]
 mod tests;
+mod watchdog;
 
 use armbridge_servo::protocol2::PacketError;
 use armbridge_servo::protocol2::frame::STATUS;
-use armbridge_servo::protocol2::model::{Model, OperatingMode, baud_rate};
+use armbridge_servo::protocol2::model::{Model, baud_rate};
 use armbridge_servo::protocol2::register as at;
 
 use super::morpheus_servo::{Action, Reading};
@@ -76,7 +72,7 @@ use super::status_transmitter::Transmitter;
 use chain::Turn;
 use commands::Packet;
 use effects::Deferred;
-use memory::{Memory, WATCHDOG_TRIGGERED};
+use memory::Memory;
 use motor::{Motor, Output};
 use protect::Protection;
 use receiver::Receiver;
@@ -93,8 +89,6 @@ const PHASE_NS: u64 = 377_000;
 const PROCESSING_NS: u64 = 20_000;
 /// From power-up to the first instruction that is received.
 const BOOT_NS: u64 = 100_000_000;
-/// Unit of the bus watchdog (e-Manual, "Bus Watchdog").
-const WATCHDOG_NS: u64 = 20_000_000;
 /// Values of the realtime tick, a millisecond each.
 const TICKS: u64 = 32_768;
 /// Bits of a byte on the wire.
@@ -123,6 +117,8 @@ pub struct XServo {
     deferred: Option<Deferred>,
     turn: Option<Turn>,
     transmitter: Transmitter,
+    /// The packet to send is a part of a joint one.
+    sends_part: bool,
     motor: Motor,
     protection: Protection,
     stage: Stage,
@@ -151,6 +147,7 @@ impl XServo {
             deferred: None,
             turn: None,
             transmitter: Transmitter::new(),
+            sends_part: false,
             motor: Motor::new(model, specification),
             protection: Protection::new(model, specification),
             stage: Stage::Boot,
@@ -266,8 +263,13 @@ impl XServo {
             return self.control(now_ns);
         }
         let action = self.transmitter.step(now_ns, self.bit_ns());
-        if let Some(Action::Release) = action {
-            self.run_deferred(now_ns);
+        match action {
+            Some(Action::Send { byte, start_ns }) if self.sends_part => {
+                let end_ns = start_ns + BYTE_BITS * self.bit_ns();
+                self.receiver.append(byte, end_ns);
+            }
+            Some(Action::Release) => self.run_deferred(now_ns),
+            _ => {}
         }
         action
     }
@@ -310,26 +312,6 @@ impl XServo {
             return Output::default().duty;
         }
         output.duty
-    }
-
-    /// Stops the servo if the bus has been silent for too long.
-    fn watch_bus(&mut self, now_ns: u64) {
-        let limit = self.memory.byte(at::BUS_WATCHDOG);
-        let is_set = limit != 0 && limit != WATCHDOG_TRIGGERED;
-        // An instruction ends with its stop bit, which may still be on the wire.
-        let silence_ns = now_ns.saturating_sub(self.last_instruction_ns);
-        if !is_set || !self.memory.torque_on() || silence_ns <= u64::from(limit) * WATCHDOG_NS {
-            return;
-        }
-        self.memory.set_byte(at::BUS_WATCHDOG, WATCHDOG_TRIGGERED);
-        if self.memory.has_mode(&[OperatingMode::Pwm]) {
-            self.memory.set_short(at::GOAL_PWM, 0);
-        }
-        if self.memory.has_mode(&[OperatingMode::Current]) {
-            self.memory.set_short(at::GOAL_CURRENT, 0);
-        }
-        self.memory.set_long(at::GOAL_VELOCITY, 0);
-        self.motor.stop(&mut self.memory);
     }
 
     fn set_pwm(&mut self, duty: i16) -> Option<Action> {

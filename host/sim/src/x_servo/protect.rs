@@ -4,7 +4,7 @@
 //! |------------------|-----|--------------------------------------------------------------|
 //! | input voltage    | 0   | supply outside the voltage limits                            |
 //! | overheating      | 2   | temperature above its limit                                  |
-//! | overload         | 5   | full duty for [`STALL_NS`], and less than [`PROGRESS_COUNTS`] of motion that way |
+//! | overload         | 5   | full duty for [`STALL_NS`] with less than [`PROGRESS_COUNTS`] |
 //!
 //! One that is in the shutdown register clears torque enable, and only a reboot permits torque
 //! again (e-Manual, "Shutdown"). Assumptions: those stay in the hardware error status until then,

@@ -52,11 +52,9 @@ impl Receiver {
         bytes.get(..self.parser.bytes_held()).unwrap_or_default()
     }
 
-    /// Adds bytes that this servo sends until `end_ns`.
-    pub(super) fn append(&mut self, bytes: &[u8], end_ns: u64) {
-        for byte in bytes {
-            let _ = self.parser.push(*byte);
-        }
+    /// Adds a byte that this servo sends until `end_ns`.
+    pub(super) fn append(&mut self, byte: u8, end_ns: u64) {
+        let _ = self.parser.push(byte);
         self.last_byte_ns = end_ns;
     }
 

@@ -51,4 +51,6 @@ pub const PLANTS: &[BuiltinPlant] = plants![
     "late",
     "rough",
     "weak-motor",
+    "xl330",
+    "xl430",
 ];

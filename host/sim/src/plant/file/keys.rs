@@ -209,8 +209,8 @@ const fn direction(path: &'static str) -> Key {
 }
 
 const fn zero_count(path: &'static str) -> Key {
-    let about = "Encoder count at angle 0.";
-    Key::number(path, Range::reals(0.0, 1023.0), about).or("512")
+    let about = "Encoder count at angle 0; an AX-12A has 0 to 1023.";
+    Key::number(path, Range::reals(0.0, 4095.0), about).or("512")
 }
 
 const fn rad_per_count(path: &'static str) -> Key {

@@ -1,5 +1,7 @@
 use std::path::PathBuf;
 
+use armbridge_servo::protocol2::model;
+
 use super::*;
 
 fn shipped(name: &str) -> PathBuf {
@@ -80,6 +82,23 @@ fn every_shipped_arm_can_be_read() {
         ..PlantConfig::default()
     };
     assert_eq!(dead.config([0.1, 0.2]), expected);
+}
+
+#[test]
+fn arms_of_the_x_series_weigh_a_fourth_of_the_stall_torque() {
+    for (name, number) in [("xl430", 1060), ("xl330", 1200)] {
+        let config = PlantFile::load(name).unwrap().config([0.0; JOINTS]);
+        let model = model::find(number).unwrap();
+        let stall_nm = f64::from(model.stall_nm);
+        let [weight_nm, _] = config.true_arm().weight_nm();
+        assert!((4.0 * weight_nm / stall_nm - 1.0).abs() < 0.01, "{name}");
+        for joint in config.joints {
+            let turn_rad = joint.rad_per_count * f64::from(model.counts_per_turn);
+            assert!((turn_rad - core::f64::consts::TAU).abs() < 1e-9, "{name}");
+            let full_nm = 1_000.0 / joint.gain_counts_per_nm;
+            assert!((full_nm / stall_nm - 1.0).abs() < 1e-3, "{name}");
+        }
+    }
 }
 
 #[test]

@@ -97,6 +97,23 @@ fn a_fast_sync_read_is_one_packet_with_a_part_of_each() {
 }
 
 #[test]
+fn an_instruction_before_the_first_part_takes_its_place() {
+    let mut rig = three();
+    let request = Instruction::FastSyncRead {
+        address: at::PRESENT_POSITION,
+        count: 4,
+        ids: &[1, 2],
+    };
+    let request = request.encode::<32>(BROADCAST).unwrap();
+    rig.send(&request);
+    // 16 bytes, and a part of the return delay.
+    assert!(rig.wait(300_000).is_empty());
+    assert_eq!(rig.status(1, Instruction::Ping).parameters.len(), 3);
+    let answer = rig.exchange(&request);
+    assert_eq!(FastStatus::new(&answer, 4).unwrap().count(), 2);
+}
+
+#[test]
 fn bulk_reads_and_writes_are_each_ones_own() {
     let mut rig = three();
     let items: Vec<u8> = [(2, at::MODEL_NUMBER, 2), (1, at::PRESENT_POSITION, 4)]
