@@ -134,9 +134,10 @@ impl Fixture<'_> {
                 };
                 bench.fail_sensor(servo, fault);
             }
-            Kind::Hot => match bench.servo_mut(servo).stock_mut() {
-                Some(stock) => stock.heat(amount * CELSIUS_PER_COUNT),
-                None => bench.fail_sensor(
+            Kind::Hot => match bench.servo_mut(servo) {
+                Device::Stock(stock) => stock.heat(amount * CELSIUS_PER_COUNT),
+                Device::X(x_servo) => x_servo.heat(amount * CELSIUS_PER_COUNT),
+                Device::Morpheus(_) => bench.fail_sensor(
                     servo,
                     SensorFault::Hot {
                         counts_per_s: amount,
@@ -200,8 +201,10 @@ impl Fixture<'_> {
         for servo in 0..JOINTS {
             bench.repair_sensors(servo);
             bench.fail_motor(servo, MotorFault::NONE);
-            if let Some(stock) = bench.servo_mut(servo).stock_mut() {
-                stock.cool();
+            match bench.servo_mut(servo) {
+                Device::Morpheus(_) => {}
+                Device::Stock(stock) => stock.cool(),
+                Device::X(x_servo) => x_servo.cool(),
             }
             bench.mute(servo, false);
             bench.deafen(servo, false);

@@ -13,7 +13,7 @@ const MS: u64 = 1_000_000;
 /// One servo with this operating mode and these values of two bytes, torque on.
 fn rig(number: u16, mode: u8, values: &[(u16, i16)]) -> Rig {
     let mut rig = Rig::new(&[(number, 1)]);
-    rig.shafts.counts[0] = 2_000;
+    rig.restart_at([2_000, 0, 0]);
     rig.set(1, at::OPERATING_MODE, &[mode]);
     for (address, value) in values {
         rig.set(1, *address, &value.to_le_bytes());
@@ -68,6 +68,17 @@ fn a_position_error_times_the_gain_is_the_duty() {
         rig.set(1, at::GOAL_PWM, &[50, 0]);
         assert_eq!(pwm(&mut rig), 50);
     }
+}
+
+#[test]
+fn a_speed_is_controlled_with_an_integral() {
+    let mut rig = rig(1060, 1, &[]);
+    rig.set(1, at::GOAL_VELOCITY, &100_i32.to_le_bytes());
+    // 100/128 of 100, and 1000/65536 of 100 each millisecond.
+    let before = pwm(&mut rig);
+    let after = pwm(&mut rig);
+    assert!((225..240).contains(&before), "{before}");
+    assert!((150..155).contains(&(after - before)), "{after}");
 }
 
 #[test]
