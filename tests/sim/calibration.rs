@@ -3,7 +3,8 @@
 use armbridge_analysis::plan_runner::Script;
 use armbridge_board::bridge::{Channels, settings_refusal};
 use armbridge_client::Host;
-use armbridge_control::actuator::{Direction, Joint, MIDDLE_COUNT, bounds};
+use armbridge_control::actuator::{Direction, Joint, bounds};
+use armbridge_control::encoder::Encoder;
 use armbridge_link::limits::hard;
 use armbridge_link::message::{Command, Refusal, Settings, Setup};
 use armbridge_sim::board::VirtualBoard;
@@ -48,9 +49,9 @@ fn accepted(random: &mut Random) -> Joint<f32> {
         1 => high,
         _ => low + (high - low) * random.below(1_000) as f64 / 1_000.0,
     };
-    let zero_off = between([-bounds::ZERO_OFF_COUNTS, bounds::ZERO_OFF_COUNTS]);
+    let zero_off = between([-1.0, 1.0].map(|way| way * Encoder::Ax12a.zero_off_counts()));
     Joint {
-        zero_count: (f64::from(MIDDLE_COUNT) + zero_off) as f32,
+        zero_count: (f64::from(Encoder::Ax12a.middle_count()) + zero_off) as f32,
         rad_per_count: between([0.004_601, 0.005_699]) as f32,
         gain_counts_per_nm: between(bounds::GAIN_COUNTS_PER_NM) as f32,
         offset_counts: between([-bounds::OFFSET_COUNTS, bounds::OFFSET_COUNTS]) as f32,

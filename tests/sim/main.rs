@@ -36,6 +36,7 @@ mod sweep;
 mod torque_off;
 mod transparent_port;
 mod wire;
+mod x_series;
 
 use std::path::PathBuf;
 

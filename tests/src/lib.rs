@@ -34,10 +34,12 @@ pub mod transparent_port;
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_board::bridge::Channels;
+use armbridge_control::actuator::Joint;
 use armbridge_control::arm::State;
+use armbridge_control::encoder::Encoder;
 use armbridge_link::message::{Controller, Drive, Record, Setup};
 use armbridge_link::motion::Motion;
-use armbridge_servo::JOINTS;
+use armbridge_servo::{Firmware, JOINTS};
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::Cosim;
@@ -50,6 +52,23 @@ pub fn plant(initial_rad: [f64; JOINTS], friction_on: bool) -> PlantConfig {
         initial: State::at_rest(Vector2::from(initial_rad)),
         friction_on,
         ..PlantConfig::default()
+    }
+}
+
+/// The same arm with the encoders of these servos.
+pub fn with_encoders(config: PlantConfig, firmware: Firmware) -> PlantConfig {
+    let joints = match Encoder::of(firmware) {
+        Encoder::Ax12a => config.joints,
+        Encoder::XSeries => [Joint::x_series(); JOINTS],
+    };
+    PlantConfig { joints, ..config }
+}
+
+/// The calibrations of servos with this firmware.
+pub fn calibrations(firmware: Firmware) -> [Joint<f32>; JOINTS] {
+    match Encoder::of(firmware) {
+        Encoder::Ax12a => Setup::default().joints,
+        Encoder::XSeries => [Joint::x_series(); JOINTS],
     }
 }
 

@@ -69,6 +69,12 @@ pub fn in_words(refusal: Refusal) -> String {
         Refusal::TooSlow { most_us } => {
             format!("an arm floats at periods of at most {most_us} us: set setup.period_us")
         }
+        Refusal::OtherEncoder { joint } => format!(
+            "the calibration of joint {} is that of another kind of servo than was found: an X \
+             servo has 4096 counts a turn and its middle at 2048, an AX-12A 1023 counts in 300 \
+             degrees and its middle at 512; set zero_count and rad_per_count of both joints",
+            joint + 1
+        ),
         Refusal::OutOfRange => "a number in it is not finite or out of range".into(),
         Refusal::NoGains => {
             "no gains exist for these weights: R must be positive, and Q see every angle".into()

@@ -4,10 +4,12 @@ use std::fmt;
 
 use armbridge_client::servo_table::Table;
 use armbridge_servo::Firmware;
+use armbridge_servo::protocol2::model;
 
 use super::half_duplex_bus::Device;
 use super::morpheus_servo::{DEFAULT_ROM, Servo};
 use super::stock_servo::Ax12a;
+use super::x_servo::XServo;
 
 /// The firmware of this name on the command line.
 ///
@@ -17,6 +19,7 @@ pub fn firmware(name: &str) -> Result<Firmware, KindError> {
     match name {
         "morpheus" => Ok(Firmware::Morpheus),
         "stock" => Ok(Firmware::Stock),
+        "x" => Ok(Firmware::XSeries),
         _ => Err(KindError::Firmware),
     }
 }
@@ -31,7 +34,10 @@ pub struct ServoKind {
 
 impl fmt::Display for ServoKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let baud = 2_000_000 / (u32::from(self.baud_register) + 1);
+        let baud = match self.firmware {
+            Firmware::Morpheus | Firmware::Stock => 2_000_000 / (u32::from(self.baud_register) + 1),
+            Firmware::XSeries => model::baud_rate(self.baud_register).unwrap_or_default(),
+        };
         write!(f, "{} ({}, {baud} baud)", self.id, self.firmware)
     }
 }
@@ -40,7 +46,7 @@ impl fmt::Display for ServoKind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum KindError {
     /// No firmware of this name.
-    #[error("expected morpheus or stock")]
+    #[error("expected morpheus, stock or x")]
     Firmware,
     /// The id is out of range.
     #[error("a {firmware} servo cannot have id {id}: expected {lowest} to {highest}")]
@@ -50,9 +56,9 @@ pub enum KindError {
         /// Requested id.
         id: u8,
         /// Smallest id.
-        lowest: u16,
+        lowest: u32,
         /// Largest id.
-        highest: u16,
+        highest: u32,
     },
     /// It has no such rate.
     #[error("a {firmware} servo has no rate of {baud} baud: {rates}")]
@@ -115,6 +121,9 @@ impl ServoKind {
                 Servo::new(rom).into()
             }
             Firmware::Stock => Ax12a::new(self.id, self.baud_register).into(),
+            Firmware::XSeries => {
+                XServo::new(&model::XL430_W250, self.id, self.baud_register).into()
+            }
         }
     }
 }
@@ -140,6 +149,14 @@ fn baud_register(firmware: Firmware, baud: u32) -> Result<u8, KindError> {
                 return Err(refused("expected 2000000 divided by 1 to 255"));
             }
             Ok(register as u8)
+        }
+        Firmware::XSeries => {
+            let code = model::BAUD_RATES.iter().position(|rate| *rate == baud);
+            code.map(|code| code as u8).ok_or_else(|| {
+                refused(
+                    "expected 9600, 57600, 115200, 1000000, 2000000, 3000000, 4000000 or 4500000",
+                )
+            })
         }
     }
 }

@@ -28,6 +28,7 @@
 //! met by [`DryFriction`](crate::controller::DryFriction) as a torque.
 
 use crate::check_word::{CheckWord, Checked, checked};
+use crate::encoder::Encoder;
 use crate::real::Real;
 use armbridge_servo::Pwm;
 #[cfg(feature = "postcard")]
@@ -72,21 +73,8 @@ pub struct Command<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotFinite;
 
-/// Largest distance of an encoder count from its middle: the first beyond 1.5 rad, the hard
-/// bound of a joint angle, at 300/1023 degree a count. Calibration does not move it.
-pub const COUNTS_FROM_MIDDLE: u16 = 294;
-
-/// Encoder count in the middle of the 0..=1023 over 300 degree.
-pub const MIDDLE_COUNT: u16 = 512;
-
-/// Bounds of a calibration: what an AX-12A can be.
+/// Bounds of a calibration, beside those of the [`Encoder`].
 pub mod bounds {
-    /// Distance of the zero from [`MIDDLE_COUNT`](super::MIDDLE_COUNT), in counts: half a
-    /// radian. The horn's spline allows 15, a bracket some more; a servo mounted further off
-    /// would not reach either side.
-    pub const ZERO_OFF_COUNTS: f64 = 100.0;
-    /// Angle of a count in rad: 300/1023 degree, and a tenth either way.
-    pub const RAD_PER_COUNT: [f64; 2] = [0.0046, 0.0057];
     /// PWM counts per N m: 834 by equation (5), a tenth and ten times that. It scales the
     /// torque, and no bound of an angle depends on it.
     pub const GAIN_COUNTS_PER_NM: [f64; 2] = [83.0, 8_340.0];
@@ -155,14 +143,31 @@ impl<T: Real> Joint<T> {
         }
     }
 
-    /// Whether this can be an AX-12A, see [`bounds`]. NaN never can.
+    /// The encoder that these numbers are of, by the angle of a count.
+    pub fn encoder(&self) -> Option<Encoder> {
+        Encoder::with_rad_per_count(self.rad_per_count)
+    }
+
+    /// A servo of the X series, its middle upright, and the torque of the paper's: stall torque
+    /// and friction of a model are to be identified.
+    pub fn x_series() -> Self {
+        Self {
+            zero_count: T::from_count(Encoder::XSeries.middle_count()),
+            rad_per_count: T::lit(Encoder::XSeries.nominal_rad_per_count()),
+            offset_counts: T::lit(0.0),
+            ..Self::paper()
+        }
+    }
+
+    /// Whether this can be a servo, see [`bounds`]. NaN never can.
     pub fn is_valid(&self) -> bool {
         let within = |x: T, [low, high]: [f64; 2]| x >= T::lit(low) && x <= T::lit(high);
-        let zero_off = self.zero_count - T::from_count(MIDDLE_COUNT);
-        within(
-            zero_off,
-            [-bounds::ZERO_OFF_COUNTS, bounds::ZERO_OFF_COUNTS],
-        ) && within(self.rad_per_count, bounds::RAD_PER_COUNT)
+        let Some(encoder) = self.encoder() else {
+            return false;
+        };
+        let zero_off = self.zero_count - T::from_count(encoder.middle_count());
+        let most_off = encoder.zero_off_counts();
+        within(zero_off, [-most_off, most_off])
             && within(self.gain_counts_per_nm, bounds::GAIN_COUNTS_PER_NM)
             && within(
                 self.offset_counts,
@@ -171,10 +176,13 @@ impl<T: Real> Joint<T> {
     }
 
     /// Largest joint angle in rad, the same either way, at which the count is within
-    /// [`COUNTS_FROM_MIDDLE`].
+    /// [`Encoder::counts_from_middle`]; 0 of a calibration that is of no encoder.
     pub fn reach_rad(&self) -> T {
-        let zero_off = (self.zero_count - T::from_count(MIDDLE_COUNT)).abs();
-        (T::from_count(COUNTS_FROM_MIDDLE) - zero_off) * self.rad_per_count
+        let Some(encoder) = self.encoder() else {
+            return T::lit(0.0);
+        };
+        let zero_off = (self.zero_count - T::from_count(encoder.middle_count())).abs();
+        (T::from_count(encoder.counts_from_middle()) - zero_off) * self.rad_per_count
     }
 
     /// Joint angle in rad at an encoder count.

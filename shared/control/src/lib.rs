@@ -83,6 +83,7 @@ pub mod arm;
 pub mod check_word;
 pub mod controller;
 pub mod design;
+pub mod encoder;
 pub mod estimate;
 pub mod experiment;
 pub mod real;

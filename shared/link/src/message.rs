@@ -334,4 +334,10 @@ pub enum Refusal {
     },
     /// A queue is full, that of commands or that of a stream's points: send it again.
     Busy,
+    /// A joint's calibration is that of another kind of servo than was found: set its zero and
+    /// its angle of a count.
+    OtherEncoder {
+        /// This joint, counting from 0.
+        joint: u8,
+    },
 }

@@ -1,4 +1,4 @@
-//! The error byte of a status packet.
+//! The error byte of a status packet of Protocol 1.0, and what an X servo has in its place.
 
 /// Alarms of a servo. Several at once are usual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Hash)]
@@ -22,9 +22,12 @@ impl Alarms {
     /// An unknown instruction, or ACTION with nothing registered.
     pub const INSTRUCTION: Self = Self(1 << 6);
 
-    /// Decodes the error byte. Bit 7 has no meaning and is dropped.
+    /// Of an X servo: one of its hardware errors. Which, is in its register.
+    pub const HARDWARE: Self = Self(1 << 7);
+
+    /// Decodes the error byte, of which Protocol 1.0 has seven bits.
     pub const fn from_bits(bits: u8) -> Self {
-        Self(bits & 0x7F)
+        Self(bits)
     }
 
     /// The error byte.
@@ -60,11 +63,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_bit_but_the_eighth_has_a_meaning() {
+    fn every_bit_has_a_meaning() {
         let alarms = Alarms::OVERLOAD.or(Alarms::OVERHEATING);
         assert_eq!(alarms.bits(), 36);
         assert!(alarms.contains(Alarms::OVERLOAD) && !alarms.contains(Alarms::RANGE));
-        assert_eq!(Alarms::from_bits(0xFF).bits(), 0x7F);
-        assert!(Alarms::from_bits(0x80).is_empty());
+        assert_eq!(Alarms::from_bits(0x80), Alarms::HARDWARE);
     }
 }

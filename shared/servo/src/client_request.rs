@@ -57,7 +57,11 @@ impl<'a> ClientRequest<'a> {
     fn parse_as<P: Protocol>(bytes: &'a [u8]) -> Option<Self> {
         let frame = P::frame(bytes)?;
         let (destination, source) = P::addresses(&frame);
-        let instruction = P::instruction(&frame);
+        let instruction = if P::is_stuffed(bytes) {
+            Err(DecodeError::Stuffing)
+        } else {
+            P::instruction(&frame)
+        };
         Some(Self {
             firmware: P::FIRMWARE,
             destination,
@@ -103,8 +107,11 @@ impl<'a> ClientRequest<'a> {
     /// Morpheus servo (an address below 0x20, or broadcast): that servo would take
     /// the replies for requests, and a register's contents for an instruction.
     pub fn may_drive(&self) -> bool {
-        use Instruction::{Cycle, Ping, Read, Start};
-        let is_read_only = matches!(self.instruction, Ok(Ping | Read { .. } | Start | Cycle));
+        use Instruction::{Cycle, FastSyncRead, Ping, Read, Start, SyncRead};
+        let is_read_only = matches!(
+            self.instruction,
+            Ok(Ping | Read { .. } | SyncRead { .. } | FastSyncRead { .. } | Start | Cycle)
+        );
         !(is_read_only && self.is_from_master)
     }
 

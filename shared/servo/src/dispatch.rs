@@ -3,6 +3,7 @@
 use super::morpheus::Morpheus;
 use super::protocol::{Extent, PacketError, Parser, Protocol, Reply};
 use super::protocol1::Protocol1;
+use super::protocol2::{self, Protocol2};
 use super::{Firmware, Query, ServoId};
 use heapless::Vec;
 
@@ -17,6 +18,10 @@ macro_rules! with_protocol {
             }
             $crate::Firmware::Stock => {
                 type $P = $crate::protocol1::Protocol1;
+                $body
+            }
+            $crate::Firmware::XSeries => {
+                type $P = $crate::protocol2::Protocol2;
                 $body
             }
         }
@@ -34,6 +39,11 @@ impl Firmware {
     /// Bytes of a reply beside its data.
     pub const fn reply_overhead(self) -> usize {
         with_protocol!(self, P => P::OVERHEAD)
+    }
+
+    /// Bytes of a READ.
+    pub const fn read_bytes(self) -> usize {
+        with_protocol!(self, P => P::READ_BYTES)
     }
 
     /// Bytes of a reply to [`Firmware::ping_query`].
@@ -71,6 +81,7 @@ impl Firmware {
         match self {
             Self::Morpheus => ServoId::new(id).is_some(),
             Self::Stock => id < Protocol1::BROADCAST,
+            Self::XSeries => id <= protocol2::frame::ID_MAX,
         }
     }
 
@@ -106,6 +117,17 @@ impl Firmware {
         with_protocol!(self, P => P::read_query(id, address, count))
     }
 
+    /// Query that writes registers; `None` if the bridge writes none of these servos, or if the
+    /// packet is longer than `N`.
+    pub fn write_query<const N: usize>(
+        self,
+        id: u8,
+        address: u16,
+        data: &[u8],
+    ) -> Option<Query<N>> {
+        with_protocol!(self, P => P::write_query(id, address, data))
+    }
+
     /// Contents of the registers of [`Firmware::read_query`], from the data of a reply;
     /// `None` if that is no reply to the query.
     pub fn read_reply(self, address: u16, count: u16, data: &[u8]) -> Option<&[u8]> {
@@ -138,19 +160,19 @@ impl Firmware {
     }
 
     /// Temperature from the data of the reply to [`Firmware::temperature_query`]: °C of
-    /// a stock servo, counts of a Morpheus servo's converter, which are 0 until its first
+    /// a stock or X servo, counts of a Morpheus servo's converter, which are 0 until its first
     /// conversion, half a second after power-up. `None` if there is none.
     pub fn temperature(self, data: &[u8]) -> Option<u16> {
         let (address, count) = with_protocol!(self, P => P::TEMPERATURE);
         let bytes = self.read_reply(address, count, data)?.iter().rev();
         let value = bytes.fold(0, |value, byte| value << 8 | u16::from(*byte));
-        (value > 0 || self == Self::Stock).then_some(value)
+        (value > 0 || self != Self::Morpheus).then_some(value)
     }
 
-    /// Query of torque enable: one byte, 0 once a servo has been reset.
-    /// `None` if the servo has no such register.
-    pub fn torque_query(self, servo: ServoId) -> Option<Query> {
-        let address = with_protocol!(self, P => P::TORQUE_ENABLE)?;
+    /// Query of one byte that is 0 once a servo has been reset, and 255 once an X servo's
+    /// watchdog has switched its motor off. `None` if the servo has no such register.
+    pub fn reset_query(self, servo: ServoId) -> Option<Query> {
+        let address = with_protocol!(self, P => P::RESET_MARK)?;
         self.read_query(servo.get(), address, 1)
     }
 }
@@ -162,6 +184,8 @@ pub enum ReplyParser<const N: usize> {
     Morpheus(Parser<Morpheus, N>),
     /// Parses replies of stock servos.
     Stock(Parser<Protocol1, N>),
+    /// Parses replies of X servos.
+    XSeries(Parser<Protocol2, N>),
 }
 
 impl<const N: usize> ReplyParser<N> {
@@ -170,6 +194,7 @@ impl<const N: usize> ReplyParser<N> {
         match firmware {
             Firmware::Morpheus => Self::Morpheus(Parser::new()),
             Firmware::Stock => Self::Stock(Parser::new()),
+            Firmware::XSeries => Self::XSeries(Parser::new()),
         }
     }
 
@@ -179,6 +204,7 @@ impl<const N: usize> ReplyParser<N> {
         match firmware {
             Firmware::Morpheus => Self::Morpheus(Parser::limited(longest, Morpheus::MASTER)),
             Firmware::Stock => Self::Stock(Parser::limited(longest, Protocol1::MASTER)),
+            Firmware::XSeries => Self::XSeries(Parser::limited(longest, Protocol2::MASTER)),
         }
     }
 
@@ -188,6 +214,7 @@ impl<const N: usize> ReplyParser<N> {
         match self {
             Self::Morpheus(parser) => parser.push_reply(byte),
             Self::Stock(parser) => parser.push_reply(byte),
+            Self::XSeries(parser) => parser.push_reply(byte),
         }
     }
 
@@ -198,6 +225,7 @@ impl<const N: usize> ReplyParser<N> {
         match self {
             Self::Morpheus(parser) => parser.whole_reply(bytes),
             Self::Stock(parser) => parser.whole_reply(bytes),
+            Self::XSeries(parser) => parser.whole_reply(bytes),
         }
     }
 
@@ -206,6 +234,16 @@ impl<const N: usize> ReplyParser<N> {
         match self {
             Self::Morpheus(parser) => parser.bytes_held(),
             Self::Stock(parser) => parser.bytes_held(),
+            Self::XSeries(parser) => parser.bytes_held(),
+        }
+    }
+
+    /// The bytes of a packet that has begun, or that has ended with the last byte.
+    pub(super) fn bytes(&self) -> &[u8] {
+        match self {
+            Self::Morpheus(parser) => parser.bytes(),
+            Self::Stock(parser) => parser.bytes(),
+            Self::XSeries(parser) => parser.bytes(),
         }
     }
 
@@ -214,6 +252,7 @@ impl<const N: usize> ReplyParser<N> {
         match self {
             Self::Morpheus(parser) => parser.reset(),
             Self::Stock(parser) => parser.reset(),
+            Self::XSeries(parser) => parser.reset(),
         }
     }
 }
@@ -228,7 +267,7 @@ mod tests {
 
     #[test]
     fn pings_are_as_recorded() {
-        let [morpheus, stock] = Firmware::ALL.map(|firmware| firmware.ping_query(servo()));
+        let [morpheus, stock, _] = Firmware::ALL.map(|firmware| firmware.ping_query(servo()));
         assert_eq!(morpheus.packet, [0xAA, 3, 1, 0xFE, 1, 0xF9]);
         assert_eq!(stock.packet, [0xFF, 0xFF, 1, 2, 1, 0xFB]);
         assert_eq!((morpheus.reply_bytes, stock.reply_bytes), (6, 6));

@@ -44,7 +44,7 @@ pub(super) enum Step {
     Listen(ExpectedReplies, u64),
 }
 
-/// Set-up state of stock servos. Morpheus servos need no set-up.
+/// Set-up state of stock and X servos. Morpheus servos need no set-up.
 ///
 /// The response time of a servo does not depend on its torque: the return delay is EEPROM,
 /// and outlasts a stop and a loss of supply. A client that has the bus may change it, and
@@ -56,7 +56,7 @@ pub enum Readiness {
     Unknown,
     /// The short return delay is set and torque is disabled: no torque can be given.
     Released,
-    /// The short return delay is set, and wheel mode with torque enabled.
+    /// The short return delay is set, and wheel mode or PWM control mode with torque enabled.
     Prepared,
 }
 
@@ -84,6 +84,8 @@ pub(super) enum ExpectedReplies {
     Servo(usize, ReplyContent),
     /// A reply from every servo, one after the other: Morpheus's chain.
     Chain(ReplyContent),
+    /// The positions of all X servos in one packet.
+    Fast,
     /// The reply to the packet of [`Transaction::Request`].
     Request(ExpectedReply),
 }

@@ -16,11 +16,13 @@ pub enum Firmware {
     Morpheus,
     /// The factory firmware of an AX-12A ([`super::protocol1`]).
     Stock,
+    /// The factory firmware of the X series ([`super::protocol2`]).
+    XSeries,
 }
 
 impl Firmware {
     /// All variants, in the order in which discovery tries them.
-    pub const ALL: [Self; 2] = [Self::Morpheus, Self::Stock];
+    pub const ALL: [Self; 3] = [Self::Morpheus, Self::Stock, Self::XSeries];
 }
 
 impl core::fmt::Display for Firmware {
@@ -28,6 +30,7 @@ impl core::fmt::Display for Firmware {
         f.write_str(match self {
             Self::Morpheus => "Morpheus",
             Self::Stock => "AX-12A",
+            Self::XSeries => "X series",
         })
     }
 }

@@ -2,9 +2,9 @@
 
 /// A request to one servo or to all, without header and checksum.
 ///
-/// The write instructions carry the bytes of consecutive registers. Protocol 1.0 has no
-/// [`Start`](Self::Start) and [`Cycle`](Self::Cycle); Morpheus has no
-/// [`RegWrite`](Self::RegWrite) and [`Action`](Self::Action).
+/// The write instructions carry the bytes of consecutive registers. Only Morpheus has
+/// [`Start`](Self::Start) and [`Cycle`](Self::Cycle), and only Protocol 2.0 the reads of several
+/// servos; Morpheus has no [`RegWrite`](Self::RegWrite) and [`Action`](Self::Action).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Instruction<'a> {
     /// Presence test. Answered by a stock servo whatever its status return level.
@@ -43,6 +43,21 @@ pub enum Instruction<'a> {
         /// Id and bytes, servo by servo: see [`SyncBlocks`].
         blocks: &'a [u8],
     },
+    /// Protocol 2.0: reads the same registers of several servos, which answer one after the
+    /// other.
+    SyncRead {
+        /// Bytes per servo.
+        count: u16,
+        /// The servos.
+        ids: &'a [u8],
+    },
+    /// Protocol 2.0: the same, with one packet for an answer.
+    FastSyncRead {
+        /// Bytes per servo.
+        count: u16,
+        /// The servos.
+        ids: &'a [u8],
+    },
     /// Morpheus: every servo announces itself in turn, which forms the position
     /// chain.
     Start,
@@ -59,6 +74,8 @@ pub enum DecodeError {
     Unknown(u8),
     /// Parameters that do not fit the instruction.
     Length,
+    /// Parameters with stuffed bytes, which are not decoded in place.
+    Stuffing,
 }
 
 /// Blocks of an [`Instruction::SyncWrite`], one for each servo.

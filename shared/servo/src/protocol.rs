@@ -2,10 +2,9 @@
 //! transparent port.
 //!
 //! [`Protocol`] is implemented once for each wire format, by a unit type in the
-//! format's own folder ([`Morpheus`], [`Protocol1`]). It finds packets in a stream,
-//! parses them in both directions, and builds the requests of the bridge. A
-//! third protocol is a third folder, a variant of [`Firmware`] and its line in
-//! `dispatch`; master and transparent port stay as they are.
+//! format's own folder ([`Morpheus`], [`Protocol1`], [`Protocol2`]). It finds packets in a
+//! stream, parses them in both directions, and builds the requests of the bridge. Another
+//! protocol is another folder, a variant of [`Firmware`] and its line in `dispatch`.
 //!
 //! The codec works on borrowed bytes, allocates nothing and is dispatched
 //! statically. [`Firmware`] has the same operations for a protocol that is known
@@ -13,6 +12,7 @@
 //!
 //! [`Morpheus`]: super::morpheus::Morpheus
 //! [`Protocol1`]: super::protocol1::Protocol1
+//! [`Protocol2`]: super::protocol2::Protocol2
 
 use super::{Alarms, DecodeError, Firmware, Instruction, Query, ServoId};
 use core::fmt::Debug;
@@ -35,7 +35,7 @@ pub enum Extent {
 /// Reason why received bytes are no packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PacketError {
-    /// A wrong checksum.
+    /// A wrong checksum; or, in Protocol 2.0, a mark in the data without its stuffing.
     Checksum {
         /// The sender as received, which may be what is damaged.
         id: u8,
@@ -69,6 +69,8 @@ pub trait Protocol: Clone + Debug {
     const DESTINATION: usize;
     /// Bytes of a reply beside its data.
     const OVERHEAD: usize;
+    /// Bytes of a READ.
+    const READ_BYTES: usize;
     /// Bytes of the longest packet that may be on a bus.
     const FRAME_MAX: usize;
     /// Bytes of a reply to [`Protocol::ping_query`].
@@ -83,8 +85,9 @@ pub trait Protocol: Clone + Debug {
     const MEMORY_BYTES: u16;
     /// Address of the temperature, low byte first, and its number of bytes.
     const TEMPERATURE: (u16, u16);
-    /// Address of the byte that enables torque, if there is one.
-    const TORQUE_ENABLE: Option<u16>;
+    /// Address of a byte that is 0 in a servo that was reset since it was made ready for torque,
+    /// and 255 in one that has switched its motor off by itself; `None` if there is none.
+    const RESET_MARK: Option<u16>;
     /// Address of the two-byte position, if no READ may begin there.
     const UNREADABLE: Option<u16>;
     /// Data of a reply that rejects a request.
@@ -99,6 +102,17 @@ pub trait Protocol: Clone + Debug {
 
     /// Whether the checksum of a whole packet is right.
     fn is_intact(packet: &[u8]) -> bool;
+
+    /// Whether a whole packet has stuffed bytes, beside which its contents are not in one piece.
+    fn is_stuffed(_packet: &[u8]) -> bool {
+        false
+    }
+
+    /// Removes the stuffed bytes of a whole packet, and counts them out of its length; its
+    /// checksum is wrong from then on. Whether all of them were there.
+    fn unstuff<const N: usize>(_packet: &mut Vec<u8, N>) -> bool {
+        true
+    }
 
     /// Destination and source. They are the same address in a protocol that sends
     /// only one.
@@ -136,6 +150,10 @@ pub trait Protocol: Clone + Debug {
     /// Query that reads registers; `None` if the servo has not all of them, if no single
     /// READ may have them, or if the packet is longer than `N`.
     fn read_query<const N: usize>(id: u8, address: u16, count: u16) -> Option<Query<N>>;
+
+    /// Query that writes registers; `None` if the bridge writes none of these servos, or if the
+    /// packet is longer than `N`.
+    fn write_query<const N: usize>(id: u8, address: u16, data: &[u8]) -> Option<Query<N>>;
 
     /// Contents of the registers of [`Protocol::read_query`], from the data of a reply;
     /// `None` if that is no reply to the query.
@@ -232,13 +250,11 @@ impl<P: Protocol, const N: usize> Parser<P, N> {
                 return (extent == Extent::BadLength).then_some(Err(PacketError::Header));
             }
         }
-        let frame = P::frame(&self.bytes)?;
-        Some(if P::is_intact(&self.bytes) {
-            Ok(frame)
-        } else {
-            let (_, id) = P::addresses(&frame);
-            Err(PacketError::Checksum { id })
-        })
+        let (_, id) = P::addresses(&P::frame(&self.bytes)?);
+        if !(P::is_intact(&self.bytes) && P::unstuff(&mut self.bytes)) {
+            return Some(Err(PacketError::Checksum { id }));
+        }
+        P::frame(&self.bytes).map(Ok)
     }
 
     /// Takes one byte like [`Parser::push`], of a stream from servos: `None` stands
@@ -261,7 +277,7 @@ impl<P: Protocol, const N: usize> Parser<P, N> {
             return None;
         };
         let (packet, rest) = bytes.split_at_checked(length)?;
-        let frame = P::frame(packet).filter(|_| P::is_intact(packet))?;
+        let frame = P::frame(packet).filter(|_| P::is_intact(packet) && !P::is_stuffed(packet))?;
         Some((P::reply(&frame), rest))
     }
 
@@ -282,6 +298,11 @@ impl<P: Protocol, const N: usize> Parser<P, N> {
     /// Whether the last byte pushed was the last of a packet.
     fn is_whole(&self) -> bool {
         P::extent(&self.bytes) == Extent::Whole(self.bytes.len())
+    }
+
+    /// The bytes of a packet that has begun, or that has ended with the last byte.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
     }
 
     /// Bytes of a packet that has begun and not ended.

@@ -18,6 +18,17 @@
 //! Where only stock servos are known to be, torque enable 0 comes first, and again right
 //! after the flush: a stock servo that was inside a long packet listens from then on.
 //!
+//! Where X servos are known to be, they alone are addressed:
+//!
+//! | step                     | why                                            |
+//! |--------------------------|------------------------------------------------|
+//! | torque enable 0, twice   | stops every servo that is listening; by Protocol 2.0 |
+//! | 210 × 0xFF               | completes a half packet in a servo's receiver  |
+//! | torque enable 0, twice   | stops the servos that were stuck               |
+//!
+//! A board that has not found its servos yet does not send these. An X servo that was driven
+//! before has the watchdog that bring-up gives it, and is off by itself.
+//!
 //! The steps are data: the bus master runs them on its interrupts, a panic
 //! handler runs the same list by polling:
 //!
@@ -76,6 +87,7 @@
 
 use super::morpheus::Request;
 use super::protocol1::torque_off;
+use super::protocol2;
 use super::{Firmware, Packet, ServoId};
 use crate::JOINTS;
 
@@ -116,6 +128,7 @@ pub fn stop_step_for(index: u8, firmware: Firmware, ids: [ServoId; JOINTS]) -> O
         (Firmware::Stock, 1 | 10) => Some(StopStep::Send(torque_off())),
         (Firmware::Stock, 3..10) => stop_step(index - 3, ids),
         (Firmware::Stock, _) => stop_step(index - 5, ids),
+        (Firmware::XSeries, _) => x_stop_step(index),
     }
 }
 
@@ -146,8 +159,32 @@ fn stop_step(index: u8, ids: [ServoId; JOINTS]) -> Option<StopStep> {
     })
 }
 
+/// The step with this index for X servos; `None` after the last.
+fn x_stop_step(index: u8) -> Option<StopStep> {
+    Some(match index {
+        // A servo that is sending finishes first.
+        0 => StopStep::Pause {
+            us: 2 * PACKET_GAP_US,
+        },
+        5 => StopStep::Repeat(FLUSH, FLUSH_BYTES),
+        1 | 3 | 7 | 9 => StopStep::Send(protocol2::torque_off()),
+        2 | 4 | 6 | 8 | 10 => StopStep::Pause { us: PACKET_GAP_US },
+        _ => return None,
+    })
+}
+
+/// The step with this index of the brief stop for servos with this firmware; `None` after the
+/// last: for X servos the beginning of their sequence.
+pub fn brief_stop_step_for(index: u8, firmware: Firmware) -> Option<StopStep> {
+    match (firmware, index) {
+        (Firmware::Morpheus | Firmware::Stock, _) => brief_stop_step(index),
+        (Firmware::XSeries, 0..5) => x_stop_step(index),
+        (Firmware::XSeries, _) => None,
+    }
+}
+
 /// The step of the brief stop with this index; `None` after the last. Suits
-/// servos with either firmware.
+/// AX-12A servos with either firmware.
 pub fn brief_stop_step(index: u8) -> Option<StopStep> {
     Some(match index {
         // A reply that is under way ends first: it lasts 70 µs.

@@ -30,8 +30,8 @@ use armbridge_servo::morpheus::{Request, ServoId};
 use armbridge_servo::port::BAUD_RATES;
 use armbridge_servo::protocol1::{BROADCAST, Instruction, register};
 use armbridge_servo::serial_bus::SerialBus;
-use armbridge_servo::stop::{StopStep, brief_stop_step, stop_step_for};
-use armbridge_servo::{Firmware, Packet, Pwm};
+use armbridge_servo::stop::{StopStep, brief_stop_step_for, stop_step_for};
+use armbridge_servo::{Firmware, Packet, Pwm, protocol2};
 use embedded_hal_nb::serial::ErrorKind;
 use line::{Line, Port, Transmitter};
 
@@ -195,14 +195,18 @@ fn expected(transaction: Transaction, firmware: Firmware, is_prepared: bool) -> 
             return steps.flat_map(bytes).collect();
         }
         (Transaction::BriefStop, _) => {
-            return (0..).map_while(brief_stop_step).flat_map(bytes).collect();
+            let steps = (0..).map_while(|index| brief_stop_step_for(index, firmware));
+            return steps.flat_map(bytes).collect();
         }
         (Transaction::Ping { joint }, _) => {
             let packet = |id: &ServoId| match firmware {
                 Firmware::Morpheus => Request::Ping(*id).encode(),
                 Firmware::Stock => stock(Instruction::Ping, id.get()),
+                Firmware::XSeries => x_series(protocol2::Instruction::Ping, id.get()),
             };
-            ids().get(joint).map(packet).into_iter().collect()
+            let off = (firmware == Firmware::XSeries).then(x_torque_off);
+            let ping = ids().get(joint).map(packet);
+            off.into_iter().chain(ping).collect()
         }
         (Transaction::Start, _) => vec![Request::Start.encode()],
         (Transaction::Drive([a, b]), Firmware::Morpheus) => {
@@ -250,10 +254,56 @@ fn expected(transaction: Transaction, firmware: Firmware, is_prepared: bool) -> 
             let off = Transaction::Drive([Pwm::OFF; 2]);
             return expected(off, firmware, is_prepared);
         }
+        (
+            Transaction::Drive(_) | Transaction::HoldOff | Transaction::StopWedged { .. },
+            Firmware::XSeries,
+        ) => {
+            let pwm = match transaction {
+                Transaction::Drive(pwm) => Some(pwm),
+                Transaction::StopWedged { .. } => Some([Pwm::OFF; 2]),
+                _ => None,
+            };
+            let first = match pwm.filter(|_| is_prepared) {
+                Some(pwm) => {
+                    let [[a, b], [c, d]] = pwm.map(|pwm| x_duty(pwm).to_le_bytes());
+                    let goals = protocol2::Instruction::SyncWrite {
+                        address: 100,
+                        count: 2,
+                        blocks: &[1, a, b, 2, c, d],
+                    };
+                    x_series(goals, BROADCAST)
+                }
+                // To servos in another mode a goal would be something else.
+                None => x_torque_off(),
+            };
+            let read = protocol2::Instruction::FastSyncRead {
+                address: 132,
+                count: 4,
+                ids: &[1, 2],
+            };
+            vec![first, x_series(read, BROADCAST)]
+        }
         // Known where it is asked for.
         (Transaction::Request(_), _) => Vec::new(),
     };
     packets.concat()
+}
+
+fn x_series(instruction: protocol2::Instruction<'_>, id: u8) -> Packet {
+    instruction.encode(id).expect("a short packet")
+}
+
+fn x_torque_off() -> Packet {
+    let off = protocol2::Instruction::Write {
+        address: 64,
+        data: &[0],
+    };
+    x_series(off, BROADCAST)
+}
+
+/// 885 is full duty.
+fn x_duty(pwm: Pwm) -> i16 {
+    ((f64::from(pwm.counts()) - 1000.0) * 0.885).round() as i16
 }
 
 /// Readings of stock servos' positions.

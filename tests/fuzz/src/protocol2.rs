@@ -64,8 +64,8 @@ impl<const N: usize> Packets for Parser<N> {
                 understand::<N>(&frame, &bytes);
                 Found::Intact(bytes)
             }
-            Err(PacketError::Crc { .. } | PacketError::Stuffing { .. }) => Found::Damaged,
-            Err(PacketError::Length) => Found::Refused,
+            Err(PacketError::Checksum { .. }) => Found::Damaged,
+            Err(PacketError::Header) => Found::Refused,
         })
     }
 
@@ -113,6 +113,7 @@ fn understand<const N: usize>(frame: &Frame, bytes: &[u8]) {
                 | Instruction::FastSyncRead { .. }
                 | Instruction::SyncWrite { .. }
                 | Instruction::BulkRead(_)
+                | Instruction::FastBulkRead(_)
                 | Instruction::BulkWrite(_)
         );
         if to_all {

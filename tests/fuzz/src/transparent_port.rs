@@ -188,6 +188,11 @@ fn header(bytes: &[u8]) -> Option<(usize, Firmware)> {
         [STOCK, STOCK, 0..=0xFE, length @ 2..=255, ..] => {
             (usize::from(length) + 4, Firmware::Stock)
         }
+        [STOCK, STOCK, 0xFD, 0, _, low, high, ..] => {
+            let length = usize::from(u16::from_le_bytes([low, high]));
+            let is_kept = (3..=253).contains(&length);
+            return is_kept.then_some((length + 7, Firmware::XSeries));
+        }
         _ => return None,
     })
 }

@@ -187,7 +187,7 @@ fn a_scan_looks_at_every_rate_and_ends_where_it_began() {
     };
     let mut steps = Vec::new();
     let report = scan(&mut client, &area, |step| steps.push(step.done)).unwrap();
-    assert_eq!(steps, (0..40).collect::<Vec<_>>());
+    assert_eq!(steps, (0..60).collect::<Vec<_>>());
     let found: Vec<_> = report.found.iter().map(|it| (it.id, it.baud)).collect();
     let fast = Some(1_000_000);
     assert_eq!(found, [(0, fast), (5, Some(57_600)), (9, fast)]);

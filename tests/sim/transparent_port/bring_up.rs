@@ -13,14 +13,15 @@ use armbridge_servo::port::{BAUD_RATES, bytes_us};
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::{Cosim, CosimError};
-use armbridge_tests::plant;
 use armbridge_tests::transparent_port::bench;
+use armbridge_tests::{calibrations, plant};
 
 /// Bytes of a tick on the wire: requests and answers of two servos.
 fn tick_bytes(firmware: Firmware) -> u32 {
     match firmware {
         Firmware::Morpheus => 16 + 6 + 7 + 7,
         Firmware::Stock => 14 + 8 + 8 + 8 + 8,
+        Firmware::XSeries => 20 + 16 + 24,
     }
 }
 
@@ -31,6 +32,10 @@ fn servos_are_found_at_every_rate_and_driven_as_fast_as_it_allows() {
             .into_iter()
             .zip(BAUD_RATES)
         {
+            if (firmware, nominal) == (Firmware::XSeries, 500_000) {
+                // It has no such rate.
+                continue;
+            }
             let least_us = tick_us(firmware, rate, Readiness::Prepared);
             let period_us = if (firmware, rate) == (Firmware::Morpheus, 1_000_000) {
                 600
@@ -39,6 +44,7 @@ fn servos_are_found_at_every_rate_and_driven_as_fast_as_it_allows() {
             };
             let setup = Setup {
                 period_us,
+                joints: calibrations(firmware),
                 ..Setup::best()
             };
             let mut channels = Channels::new();
@@ -161,7 +167,7 @@ impl Host for Commander {
 }
 
 /// Return delay, angle limits and return level, as the servos hold them.
-fn settings(bench: &Bench) -> Vec<(u8, [u16; 2], u8)> {
+fn settings(bench: &Bench) -> Vec<(u8, [u32; 2], u8)> {
     let servos = bench.servos().iter();
     servos
         .map(|servo| {

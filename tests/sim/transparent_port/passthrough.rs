@@ -7,8 +7,8 @@ use armbridge_board::bridge::Channels;
 use armbridge_board::bridge::transparent_port::ClientLine;
 use armbridge_client::Host;
 use armbridge_link::message::Mode;
-use armbridge_servo::Firmware;
 use armbridge_servo::protocol1::Instruction;
+use armbridge_servo::{Firmware, protocol2};
 use armbridge_sim::board::{Board, Input, Output, VirtualBoard, Wake};
 use armbridge_sim::cosim::{Cosim, PortClient};
 use armbridge_tests::plant;
@@ -116,10 +116,15 @@ fn a_disarmed_board_adds_less_than_100_us() {
                     },
                 ),
                 Firmware::Morpheus => morpheus_request(id, &[1]),
+                Firmware::XSeries => {
+                    let ping = protocol2::Instruction::Ping.encode::<16>(id);
+                    ping.unwrap().to_vec()
+                }
             };
             let count = match firmware {
                 Firmware::Stock => 2,
                 Firmware::Morpheus => 1,
+                Firmware::XSeries => 3,
             };
             Question {
                 bytes,

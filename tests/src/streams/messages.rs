@@ -122,7 +122,10 @@ fn to_host() -> [(&'static str, ToHost); 14] {
         ("settings", ToHost::Settings(Settings::default())),
         ("absent", absent),
         ("found", found),
-        ("mixed", ToHost::Mixed(Firmware::ALL)),
+        (
+            "mixed",
+            ToHost::Mixed([Firmware::Morpheus, Firmware::Stock]),
+        ),
         ("unprepared", ToHost::Unprepared { joint: 0 }),
         ("concluded", concluded()),
         ("passthrough", ToHost::Passthrough),

@@ -153,7 +153,7 @@ impl Rig<'_> {
         self.pass_ms(200);
         if let Before::SetsServo(rate) | Before::SetsBoth(rate) = before {
             let register = u16::from(RATES[rate].1);
-            assert_eq!(self.rate_register(0), Some(register), "{method:?}");
+            assert_eq!(self.rate_register(0), Some(register.into()), "{method:?}");
         }
     }
 

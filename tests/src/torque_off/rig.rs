@@ -16,6 +16,7 @@ use super::cases::check;
 use super::client::ClientHandle;
 use super::host::RawHost;
 use super::reports;
+use crate::with_encoders;
 
 /// From a stop, or from when the bus can carry a packet again, to motors off, in µs.
 pub const STOP_US: u64 = 20_000;
@@ -97,7 +98,7 @@ impl Board for AnyBoard<'_> {
 /// An arm with servos of this firmware at 1 Mbaud.
 pub fn bench(arm: &PlantConfig, firmware: Firmware) -> Bench {
     let servos = [1, 2].map(|id| ServoKind::new(firmware, id, 1_000_000).expect("a servo"));
-    Bench::with_servos(Plant::new(*arm, 1), &servos)
+    Bench::with_servos(Plant::new(with_encoders(*arm, firmware), 1), &servos)
 }
 
 /// An upright arm between two obstacles, 10 counts away: it can only press against
@@ -265,13 +266,13 @@ impl Rig<'_> {
     }
 
     /// The rate of a servo, as its register has it.
-    pub fn rate_register(&self, servo: usize) -> Option<u16> {
+    pub fn rate_register(&self, servo: usize) -> Option<u32> {
         match &self.cosim.bench.servos()[servo] {
             Device::Morpheus(servo) => Some(servo.state().baud.into()),
             Device::Stock(servo) => servo.register("baud_rate"),
             Device::X(servo) => {
                 let code = servo.register(armbridge_servo::protocol2::register::BAUD_RATE)?;
-                u16::try_from(code).ok()
+                u32::try_from(code).ok()
             }
         }
     }

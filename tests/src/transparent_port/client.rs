@@ -5,9 +5,9 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use armbridge_board::bridge::transparent_port::ClientLine;
-use armbridge_client::servo_table::{AX12A, MORPHEUS};
+use armbridge_client::servo_table::{AX12A, MORPHEUS, X_SERIES};
 use armbridge_servo::protocol1::{BROADCAST, Instruction, Status, frame};
-use armbridge_servo::{Alarms, Firmware, morpheus};
+use armbridge_servo::{Alarms, Firmware, morpheus, protocol2};
 use armbridge_sim::cosim::PortClient;
 
 /// Time-out of a client's answer in µs: that of the vendor's SDK on a serial port.
@@ -139,10 +139,19 @@ impl State {
 fn reply(bytes: &[u8]) -> Option<(u8, u8, Vec<u8>)> {
     let mut stock = frame::Parser::<{ frame::FRAME_MAX }>::new();
     let mut morpheus = morpheus::frame::Parser::<{ morpheus::frame::FRAME_MAX }>::new();
+    let mut x_series = protocol2::Parser::<260>::new();
     bytes.iter().find_map(|byte| {
         if let Some(Ok(found)) = stock.push(*byte) {
             let status = Status::decode(&found)?;
             return Some((status.id, status.alarms.bits(), status.parameters.to_vec()));
+        }
+        if let Some(Ok(found)) = x_series.push(*byte) {
+            let status = protocol2::Status::decode(&found)?;
+            let error = match status.error {
+                None => 0,
+                Some(_) => Alarms::INSTRUCTION.bits(),
+            };
+            return Some((status.id, error, status.parameters.to_vec()));
         }
         let Some(Ok(found)) = morpheus.push(*byte) else {
             return None;
@@ -215,6 +224,7 @@ pub fn curious(firmware: Firmware) -> Vec<Question> {
     for id in [1, 2] {
         match firmware {
             Firmware::Stock => curious_stock(id, &mut questions),
+            Firmware::XSeries => curious_x(id, &mut questions),
             Firmware::Morpheus => curious_morpheus(id, &mut questions),
         }
     }
@@ -266,6 +276,57 @@ fn curious_stock(id: u8, questions: &mut Vec<Question>) {
         bytes: stock(BROADCAST, &write(24, &[0])),
         expected: Expected::Silence,
     });
+}
+
+fn curious_x(id: u8, questions: &mut Vec<Question>) {
+    use armbridge_servo::protocol2::Instruction;
+    let mut ask = |instruction: Instruction, expected| {
+        questions.push(Question {
+            bytes: instruction.encode::<64>(id).unwrap().to_vec(),
+            expected,
+        });
+    };
+    ask(Instruction::Ping, Expected::Data(id, 3));
+    // An XL430 does not measure its current.
+    let has = |name: &str| !matches!(name, "current_limit" | "goal_current");
+    let registers = X_SERIES.registers.iter();
+    for register in registers.filter(|register| has(register.name)) {
+        let count = register.size.bytes();
+        let read = Instruction::Read {
+            address: register.address,
+            count,
+        };
+        ask(read, Expected::Data(id, count.into()));
+    }
+    let whole = Instruction::Read {
+        address: 0,
+        count: X_SERIES.size,
+    };
+    // Not across a gap.
+    ask(whole, Expected::Refusal(id));
+    let write = |address, data| Instruction::Write { address, data };
+    ask(write(65, &[1]), Expected::Data(id, 0));
+    // Move it, rename it, slow it down, let it run on without a bus, switch it off.
+    ask(write(100, &[0, 2]), Expected::Refusal(id));
+    ask(write(7, &[9]), Expected::Refusal(id));
+    ask(write(12, &[9]), Expected::Refusal(id));
+    ask(write(8, &[1]), Expected::Refusal(id));
+    ask(write(98, &[0]), Expected::Refusal(id));
+    ask(write(64, &[0]), Expected::Refusal(id));
+    ask(Instruction::Reboot, Expected::Refusal(id));
+    ask(Instruction::FactoryReset(0xFF), Expected::Refusal(id));
+    let push = Instruction::SyncWrite {
+        address: 100,
+        count: 2,
+        blocks: &[id, 0xFF, 3],
+    };
+    ask(push, Expected::Silence);
+    let read = Instruction::FastSyncRead {
+        address: 132,
+        count: 4,
+        ids: &[1, 2],
+    };
+    ask(read, Expected::Silence);
 }
 
 /// Address of the client.

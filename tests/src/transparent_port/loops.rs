@@ -10,19 +10,19 @@ use armbridge_sim::emulator::{EmulatedBoard, Image, Qemu, QemuOptions, Time};
 
 use super::bench;
 use super::client::{Hammer, Tally, curious};
-use crate::{plant, settling_s};
+use crate::{calibrations, plant, settling_s};
 
 const DURATION_US: u64 = 2_000_000;
 /// When the client begins, in µs: stock servos are brought up in 0.18 s, and the
 /// loop has been running for a while.
 const CLIENT_FROM_US: u64 = 400_000;
 
-/// 1 kHz on Morpheus servos; on stock ones, which may take 0.95 ms of each, there
+/// 1 kHz on Morpheus servos; on others, which may take 0.95 ms of each, there
 /// is slack only at half of that.
 fn period_us(firmware: Firmware) -> u32 {
     match firmware {
         Firmware::Morpheus => 1_000,
-        Firmware::Stock => 2_000,
+        Firmware::Stock | Firmware::XSeries => 2_000,
     }
 }
 
@@ -37,6 +37,7 @@ where
     let bench = bench(&plant([0.3, -0.25], false), [firmware; 2], 1_000_000);
     let setup = Setup {
         period_us: period_us(firmware),
+        joints: calibrations(firmware),
         ..Setup::default()
     };
     let script = Script::upright(setup, DURATION_US);

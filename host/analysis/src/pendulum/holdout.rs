@@ -117,7 +117,6 @@ mod tests {
             name: String::new(),
             trajectory: trajectory.to_owned(),
             gain,
-            supply_v: 7.4,
             gravity_nm: 0.5,
             inertia_kg_m2: 0.005,
             initial_speed_rad_s: 0.0,

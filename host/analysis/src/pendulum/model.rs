@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! J q'' = motor - b q' - m g l sin(q - zero) - friction
-//! motor = kt/R V duty - kt²/R q'                  driven
+//! motor = kt/R V duty - kt²/R q'                  driven; V as recorded
 //! motor = 0                                       not driven: the winding is open
 //! duty  = D kp (goal - q), from -1 to 1
 //! |friction| <= coulomb + (load + load_static S) |motor + m g l sin(q - zero)|
@@ -36,8 +36,8 @@ struct Goals<'a> {
 }
 
 impl Goals<'_> {
-    /// Goal in rad at a time, and whether the motor is driven; times only grow.
-    fn at(&mut self, time_s: f64) -> (f64, bool) {
+    /// Goal in rad at a time, and the supply in V if the motor is driven; times only grow.
+    fn at(&mut self, time_s: f64) -> (f64, Option<f64>) {
         let time_s = time_s - self.delay_s;
         let is_past = |sample: &Sample| sample.time_s <= time_s;
         while self.samples.get(self.index + 1).is_some_and(is_past) {
@@ -51,7 +51,7 @@ impl Goals<'_> {
             }
             _ => before.goal_rad,
         };
-        (goal_rad, before.is_driven)
+        (goal_rad, before.is_driven.then_some(before.supply_v))
     }
 }
 
@@ -67,7 +67,7 @@ struct Plant {
     gravity_nm: f64,
     zero_rad: f64,
     duty_per_rad: f64,
-    stall_nm: f64,
+    stall_nm_v: f64,
     back_emf: f64,
     viscous: f64,
     coulomb_nm: f64,
@@ -84,7 +84,7 @@ impl Plant {
             gravity_nm: recording.gravity_nm,
             zero_rad: get(Quantity::Zero),
             duty_per_rad: DUTY_PER_RAD * recording.gain,
-            stall_nm: get(Quantity::StallTorque) * recording.supply_v,
+            stall_nm_v: get(Quantity::StallTorque),
             back_emf: get(Quantity::BackEmf),
             viscous: get(Quantity::Viscous),
             coulomb_nm: get(Quantity::Coulomb),
@@ -95,14 +95,14 @@ impl Plant {
         }
     }
 
-    fn step(&self, pendulum: &mut Pendulum, goal_rad: f64, is_driven: bool, step_s: f64) {
+    fn step(&self, pendulum: &mut Pendulum, goal_rad: f64, supply_v: Option<f64>, step_s: f64) {
         let Pendulum {
             angle_rad,
             speed_rad_s,
         } = *pendulum;
-        let (stall_nm, back_emf) = if is_driven {
+        let (stall_nm, back_emf) = if let Some(supply_v) = supply_v {
             let duty = (self.duty_per_rad * (goal_rad - angle_rad)).clamp(-1.0, 1.0);
-            (self.stall_nm * duty, self.back_emf)
+            (self.stall_nm_v * supply_v * duty, self.back_emf)
         } else {
             (0.0, 0.0)
         };
@@ -144,8 +144,8 @@ fn simulate_in_steps(recording: &Recording, parameters: &Parameters, step_max_s:
         let step_s = duration_s / steps;
         for step in 0..steps as usize {
             let time_s = pair[0].time_s + (step as f64 + 0.5) * step_s;
-            let (goal_rad, is_driven) = goals.at(time_s);
-            plant.step(&mut pendulum, goal_rad, is_driven, step_s);
+            let (goal_rad, supply_v) = goals.at(time_s);
+            plant.step(&mut pendulum, goal_rad, supply_v, step_s);
         }
         angles_rad.push(pendulum.angle_rad);
     }
@@ -163,12 +163,12 @@ mod tests {
             angle_rad,
             goal_rad: 0.0,
             is_driven: false,
+            supply_v: 7.4,
         };
         let recording = Recording {
             name: String::new(),
             trajectory: String::new(),
             gain: 100.0,
-            supply_v: 7.4,
             gravity_nm: 1.0,
             inertia_kg_m2: 0.006,
             initial_speed_rad_s: 0.0,
@@ -228,6 +228,7 @@ mod tests {
             angle_rad: 0.0,
             goal_rad: i as f64,
             is_driven: i > 1,
+            supply_v: 7.4,
         };
         let samples: Vec<Sample> = (0..5).map(sample).collect();
         let mut goals = Goals {
@@ -244,7 +245,7 @@ mod tests {
         ] {
             let found = goals.at(time_s);
             assert!((found.0 - goal_rad).abs() < 1e-9, "{time_s}: {found:?}");
-            assert_eq!(found.1, is_driven, "{time_s}");
+            assert_eq!(found.1.is_some(), is_driven, "{time_s}");
         }
     }
 }

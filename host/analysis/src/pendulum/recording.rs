@@ -6,7 +6,7 @@
 //! | `mass`, `length`          | load in kg, its distance from the axis in m              |
 //! | `arm_mass`                | mass of the rod in kg; 0 if left out                     |
 //! | `kp`                      | gain of the servo's position controller, register units  |
-//! | `vin`                     | supply in V                                              |
+//! | `vin`                     | nominal supply in V                                      |
 //! | `motor`                   | `xl330`, which may be left out                           |
 //! | `trajectory`              | name of the goals' course; may be left out               |
 //! | `entries[].timestamp`     | s, strictly increasing                                   |
@@ -14,6 +14,7 @@
 //! | `entries[].goal_position` | rad                                                      |
 //! | `entries[].speed`         | rad/s; of the first sample only, 0 if left out           |
 //! | `entries[].torque_enable` | whether the motor is driven                              |
+//! | `entries[].input_volts`   | V at the servo; `vin` if left out                        |
 //!
 //! Other keys are ignored. Whatever a file contains, reading it ends in a recording whose
 //! numbers are finite and in order, or in an error that names the file and the key.
@@ -41,8 +42,6 @@ pub struct Recording {
     pub trajectory: String,
     /// Gain of the servo's position controller in register units.
     pub gain: f64,
-    /// Supply in V.
-    pub supply_v: f64,
     /// Largest torque of gravity in N m.
     pub gravity_nm: f64,
     /// Inertia of load and rod about the axis in kg m².
@@ -64,6 +63,8 @@ pub struct Sample {
     pub goal_rad: f64,
     /// Whether the motor is driven.
     pub is_driven: bool,
+    /// Supply in V.
+    pub supply_v: f64,
 }
 
 /// Reason for which a file is no recording.
@@ -184,20 +185,19 @@ impl Recording {
             name: name.to_owned(),
             trajectory: trajectory.unwrap_or_default().to_owned(),
             gain: positive(&run, "kp")?,
-            supply_v: positive(&run, "vin")?,
             gravity_nm: (mass_kg + rod_kg / 2.0) * length_m * super::model::GRAVITY_M_S2,
             inertia_kg_m2: (mass_kg + rod_kg / 3.0) * length_m.powi(2),
             initial_speed_rad_s: match entries[0].get("speed") {
                 Some(_) => number(&entries[0], "entries[0].", "speed")?,
                 None => 0.0,
             },
-            samples: samples(entries)?,
+            samples: samples(entries, positive(&run, "vin")?)?,
         })
     }
 }
 
 /// The samples, their times from the first one on.
-fn samples(entries: &[Value]) -> Result<Vec<Sample>, Fault> {
+fn samples(entries: &[Value], nominal_v: f64) -> Result<Vec<Sample>, Fault> {
     let mut samples: Vec<Sample> = Vec::with_capacity(entries.len());
     let mut begin_s = 0.0;
     let mut before_s = f64::NEG_INFINITY;
@@ -226,9 +226,13 @@ fn samples(entries: &[Value]) -> Result<Vec<Sample>, Fault> {
             angle_rad: number(entry, &place, "position")?,
             goal_rad: number(entry, &place, "goal_position")?,
             is_driven: is_driven.as_bool().ok_or_else(|| Fault::Type {
-                key: place + "torque_enable",
+                key: format!("{place}torque_enable"),
                 expected: "true or false",
             })?,
+            supply_v: match entry.get("input_volts") {
+                Some(_) => number(entry, &place, "input_volts")?.max(0.0),
+                None => nominal_v,
+            },
         });
     }
     Ok(samples)

@@ -211,6 +211,7 @@ pub(super) fn bench(
     let firmware = |name| match name {
         ServoName::Morpheus => Firmware::Morpheus,
         ServoName::Stock => Firmware::Stock,
+        ServoName::X => Firmware::XSeries,
     };
     let firmwares = keys
         .servos

@@ -73,6 +73,7 @@ pub(super) struct BenchKeys {
 pub(super) enum ServoName {
     Morpheus,
     Stock,
+    X,
 }
 
 /// A push on the virtual arm.

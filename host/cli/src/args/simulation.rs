@@ -30,8 +30,8 @@ pub(crate) struct ArmArgs {
 /// The virtual servos that move the arm.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct VirtualServoArgs {
-    /// Firmware of the two servos: morpheus, stock, or one for each, as in
-    /// stock,morpheus [default: morpheus].
+    /// Firmware of the two servos: morpheus, stock, x for the X series, or one for
+    /// each, as in stock,morpheus [default: morpheus].
     #[arg(
         long,
         value_name = "NAME[,NAME]",

@@ -155,12 +155,12 @@ fn row(found: &Found) -> Vec<String> {
     let details = found.details;
     let temperature = details.temperature.map(|raw| match found.firmware {
         Firmware::Morpheus => format!("{raw} counts"),
-        Firmware::Stock => format!("{raw} degC"),
+        Firmware::Stock | Firmware::XSeries => format!("{raw} degC"),
     });
     let volts = details.decivolt.map(|raw| format!("{:.1} V", volts(raw)));
     let alarms = match found.firmware {
         Firmware::Morpheus => none(),
-        Firmware::Stock => alarms::text(found.alarms),
+        Firmware::Stock | Firmware::XSeries => alarms::text(found.alarms),
     };
     vec![
         found.id.to_string(),
@@ -176,15 +176,16 @@ fn row(found: &Found) -> Vec<String> {
     ]
 }
 
-fn volts(decivolt: u16) -> f64 {
+fn volts(decivolt: u32) -> f64 {
     f64::from(decivolt) / 10.0
 }
 
 fn as_json(port: Option<&Port>, report: &Report) -> Value {
     let servo = |found: &Found| {
-        let temperature = |firmware| {
-            let is_his = found.firmware == firmware;
-            found.details.temperature.filter(|_| is_his)
+        let is_morpheus = found.firmware == Firmware::Morpheus;
+        let temperature = |of_morpheus| {
+            let temperature = found.details.temperature;
+            temperature.filter(|_| is_morpheus == of_morpheus)
         };
         json!({
             "id": found.id,
@@ -192,8 +193,8 @@ fn as_json(port: Option<&Port>, report: &Report) -> Value {
             "baud": found.baud,
             "model": found.details.model,
             "version": found.details.version,
-            "temperature_degc": temperature(Firmware::Stock),
-            "temperature_counts": temperature(Firmware::Morpheus),
+            "temperature_degc": temperature(false),
+            "temperature_counts": temperature(true),
             "voltage_v": found.details.decivolt.map(volts),
             "alarms": alarms::names(found.alarms),
         })

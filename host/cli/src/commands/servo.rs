@@ -61,7 +61,7 @@ pub(crate) enum ServoAction {
         register: String,
         /// Raw value, decimal or hexadecimal: 31 or 0x1F.
         #[arg(value_parser = register_value)]
-        value: u16,
+        value: u32,
     },
     /// Change the servo's id, if the new one is free.
     SetId {
@@ -81,13 +81,13 @@ pub(crate) enum ServoAction {
     FactoryReset,
 }
 
-/// A number of 16 bits, decimal or hexadecimal.
-fn register_value(text: &str) -> Result<u16, String> {
+/// A number of 32 bits, decimal or hexadecimal.
+fn register_value(text: &str) -> Result<u32, String> {
     let number = match text.strip_prefix("0x") {
-        Some(digits) => u16::from_str_radix(digits, 16),
+        Some(digits) => u32::from_str_radix(digits, 16),
         None => text.parse(),
     };
-    number.map_err(|_| "expected a number from 0 to 65535, or 0x0 to 0xFFFF".into())
+    number.map_err(|_| "expected a number from 0 to 4294967295, or 0x0 to 0xFFFFFFFF".into())
 }
 
 pub(crate) fn run(args: &ServoArgs) -> Outcome {
@@ -196,7 +196,7 @@ fn read<L: Line>(
 fn write<L: Line>(
     servo: &mut Servo<L>,
     name: &str,
-    value: u16,
+    value: u32,
     yes: bool,
 ) -> Result<String, Error> {
     let register = find(servo.firmware(), name)?;
@@ -230,7 +230,7 @@ fn write<L: Line>(
 fn find(firmware: Firmware, name: &str) -> Result<&'static Register, Error> {
     let table = Table::for_firmware(firmware);
     let by_address = || {
-        let address = register_value(name).ok()?;
+        let address = register_value(name).ok()?.try_into().ok()?;
         table.at(address)
     };
     table.by_name(name).or_else(by_address).ok_or_else(|| {

@@ -242,7 +242,7 @@ fn temperature(host: &TaskHost<Status>, joint: usize) -> Option<(u16, &'static s
     let value = status.temperature[joint]?;
     Some(match servos.firmware {
         Firmware::Morpheus => (value, "counts"),
-        Firmware::Stock => (value, "degC"),
+        Firmware::Stock | Firmware::XSeries => (value, "degC"),
     })
 }
 

@@ -108,6 +108,21 @@ fn the_sdk_and_pypot_work_with_stock_servos() {
 }
 
 #[test]
+#[ignore = "needs the Python packages: run `cargo verify`"]
+fn the_sdk_works_with_x_servos() {
+    let servos = ["serve", "servos", "--listen", "pty:", "--firmware", "x"];
+    Served::start(&servos).passes("sdk2.py", &[]);
+}
+
+#[test]
+#[ignore = "needs QEMU, the emulator's image and the Python packages: run `cargo verify`"]
+fn the_sdk_works_with_x_servos_through_the_emulated_board() {
+    let (last, before) = BOARD.split_last().unwrap();
+    assert_eq!(*last, "stock");
+    Served::start(&[before, &["x"]].concat()).passes("sdk2.py", &[]);
+}
+
+#[test]
 #[ignore = "needs QEMU, the emulator's image and the Python packages: run `cargo verify`"]
 fn the_sdk_and_pypot_work_through_the_emulated_board() {
     // A board each: what one leaves the arm at is not the other's affair.

@@ -153,9 +153,11 @@ fn ranges_are_those_that_the_board_checks() {
                 continue;
             };
             // The board takes weights below 0 if there is a gain for them; and these two
-            // counts must differ.
+            // counts must differ. Ranges of a calibration are those of either kind of servo.
             let others = ["controller.q", "controller.r", "limits.temperature_counts"];
-            let is_other = others.contains(&parameter.key);
+            let is_calibration =
+                parameter.key.ends_with("zero_count") || parameter.key.ends_with("rad_per_count");
+            let is_other = others.contains(&parameter.key) || is_calibration;
             for (end, is_in, further) in [
                 (range.low, range.with_low, -1.0),
                 (range.high, range.with_high, 1.0),

@@ -114,8 +114,8 @@ fn list(readings: &[Reading]) -> String {
 /// A servo runs at 2 000 000 / (value + 1): a difference of 2 % is tolerated. Of
 /// the stock servo's rates, those in its manual; Morpheus accepts no others,
 /// and 2 Mbaud, at which it overruns on every packet.
-fn baud_codes(firmware: Firmware) -> &'static [(u16, u32)] {
-    const STOCK: [(u16, u32); 9] = [
+fn baud_codes(firmware: Firmware) -> &'static [(u32, u32)] {
+    const STOCK: [(u32, u32); 9] = [
         (1, 1_000_000),
         (3, 500_000),
         (4, 400_000),
@@ -126,20 +126,31 @@ fn baud_codes(firmware: Firmware) -> &'static [(u16, u32)] {
         (103, 19_200),
         (207, 9_600),
     ];
-    const MORPHEUS: [(u16, u32); 5] = [
+    const MORPHEUS: [(u32, u32); 5] = [
         (1, 1_000_000),
         (3, 500_000),
         (16, 115_200),
         (34, 57_600),
         (207, 9_600),
     ];
+    const X: [(u32, u32); 8] = [
+        (0, 9_600),
+        (1, 57_600),
+        (2, 115_200),
+        (3, 1_000_000),
+        (4, 2_000_000),
+        (5, 3_000_000),
+        (6, 4_000_000),
+        (7, 4_500_000),
+    ];
     match firmware {
         Firmware::Morpheus => &MORPHEUS,
         Firmware::Stock => &STOCK,
+        Firmware::XSeries => &X,
     }
 }
 
-fn baud_code(firmware: Firmware, baud: u32) -> Result<u16, ChangeError> {
+fn baud_code(firmware: Firmware, baud: u32) -> Result<u32, ChangeError> {
     baud_codes(firmware)
         .iter()
         .find(|(_, rate)| *rate == baud)
@@ -292,5 +303,6 @@ fn with_article(firmware: Firmware) -> String {
     match firmware {
         Firmware::Morpheus => format!("a {firmware} servo"),
         Firmware::Stock => format!("an {firmware}"),
+        Firmware::XSeries => format!("a servo of the {firmware}"),
     }
 }

@@ -9,7 +9,7 @@ use crate::servo_table::Register;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Value {
     /// The whole value.
-    Known(u16),
+    Known(u32),
     /// A number with this low byte; the servo does not send the high one.
     LowByte(u8),
 }
@@ -76,9 +76,9 @@ pub enum ServoError {
         /// The register's name.
         name: &'static str,
         /// Requested value.
-        value: u16,
+        value: u32,
         /// Permitted values.
-        range: RangeInclusive<u16>,
+        range: RangeInclusive<u32>,
     },
     /// The servo stored another value.
     #[error("servo {id} was to keep {wanted} in {name}, but keeps {stored}")]
@@ -88,9 +88,9 @@ pub enum ServoError {
         /// The register's name.
         name: &'static str,
         /// Written value.
-        wanted: u16,
+        wanted: u32,
         /// Value read back.
-        stored: u16,
+        stored: u32,
     },
     /// A stock servo's EEPROM is closed.
     #[error("servo {id} does not take {name}: {why}")]

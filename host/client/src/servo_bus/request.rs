@@ -6,13 +6,13 @@ use armbridge_servo::morpheus::safe_read::{self, Plan};
 use armbridge_servo::morpheus::{Frame, MASTER, Request as Morpheus, ServoId, frame};
 use armbridge_servo::protocol1::Instruction;
 use armbridge_servo::protocol1::frame::FRAME_MAX;
-use armbridge_servo::{Firmware, Pwm};
+use armbridge_servo::{Firmware, Pwm, protocol2};
 
 use crate::servo_table::{Register, Storage};
 
 /// Whether a servo may move after this write. Writes that stop it are excluded, so that
 /// they need no confirmation.
-pub fn moves(firmware: Firmware, register: &Register, value: u16) -> bool {
+pub fn moves(firmware: Firmware, register: &Register, value: u32) -> bool {
     let moving: &[&str] = match firmware {
         Firmware::Morpheus => &["position", "speed", "pwm"],
         // Both angle limits 0 are wheel mode, in which the moving speed is
@@ -24,9 +24,17 @@ pub fn moves(firmware: Firmware, register: &Register, value: u16) -> bool {
             "goal_position",
             "moving_speed",
         ],
+        Firmware::XSeries => &[
+            "operating_mode",
+            "torque_enable",
+            "goal_pwm",
+            "goal_current",
+            "goal_velocity",
+            "goal_position",
+        ],
     };
     let stops = match register.name {
-        "pwm" => value == Pwm::OFF.counts(),
+        "pwm" => value == u32::from(Pwm::OFF.counts()),
         "torque_enable" => value == 0,
         _ => false,
     };
@@ -41,6 +49,9 @@ const RESET: u8 = 0x09;
 /// all eleven, with a margin.
 const EEPROM_BYTE: Duration = Duration::from_millis(10);
 const EEPROM_ALL: Duration = Duration::from_millis(120);
+
+/// Data of the longest reply to a ping: model number and version of an X servo.
+const PONG_DATA: usize = 3;
 
 /// A packet for one servo, and its expected reply.
 #[derive(Clone, Debug)]
@@ -65,8 +76,9 @@ impl Request {
         let bytes = match firmware {
             Firmware::Morpheus => Morpheus::Ping(ServoId::new(id)?).encode().to_vec(),
             Firmware::Stock => stock(id, &Instruction::Ping)?,
+            Firmware::XSeries => x_series(id, &protocol2::Instruction::Ping)?,
         };
-        Some(Self::new(firmware, id, bytes, 1))
+        Some(Self::new(firmware, id, bytes, PONG_DATA))
     }
 
     /// Reads this many bytes. `None` where no servo has them, or there is no safe READ.
@@ -76,11 +88,14 @@ impl Request {
                 let [address, count] = [address, count].map(u8::try_from);
                 Some(safe_read::plan(address.ok()?, count.ok()?).ok()?)
             }
-            Firmware::Stock => None,
+            Firmware::Stock | Firmware::XSeries => None,
         };
-        let bytes = match plan {
-            Some(plan) => plan.request(ServoId::new(id)?).to_vec(),
-            None => stock(id, &Instruction::Read { address, count })?,
+        let bytes = match (plan, firmware) {
+            (Some(plan), _) => plan.request(ServoId::new(id)?).to_vec(),
+            (None, Firmware::XSeries) => {
+                x_series(id, &protocol2::Instruction::Read { address, count })?
+            }
+            (None, _) => stock(id, &Instruction::Read { address, count })?,
         };
         let longest = firmware.memory_bytes().into();
         let request = Self::new(firmware, id, bytes, longest);
@@ -88,7 +103,7 @@ impl Request {
     }
 
     /// Writes a register. `None` if that cannot be encoded.
-    pub fn write(firmware: Firmware, id: u8, register: &Register, value: u16) -> Option<Self> {
+    pub fn write(firmware: Firmware, id: u8, register: &Register, value: u32) -> Option<Self> {
         let data = register.bytes_of(value);
         let address = register.address;
         let bytes = match firmware {
@@ -99,6 +114,13 @@ impl Request {
             Firmware::Stock => stock(
                 id,
                 &Instruction::Write {
+                    address,
+                    data: &data,
+                },
+            )?,
+            Firmware::XSeries => x_series(
+                id,
+                &protocol2::Instruction::Write {
                     address,
                     data: &data,
                 },
@@ -120,6 +142,8 @@ impl Request {
         let bytes = match firmware {
             Firmware::Morpheus => morpheus(id, &[RESET])?,
             Firmware::Stock => stock(id, &Instruction::FactoryReset)?,
+            // All but the id and the baud rate.
+            Firmware::XSeries => x_series(id, &protocol2::Instruction::FactoryReset(0x02))?,
         };
         let request = Self::new(firmware, id, bytes, 1);
         Some(Self {
@@ -151,6 +175,12 @@ impl Request {
 
 fn stock(id: u8, instruction: &Instruction) -> Option<Vec<u8>> {
     Firmware::Stock.has_id(id).then_some(())?;
+    let bytes = instruction.encode::<FRAME_MAX>(id)?;
+    Some(bytes.to_vec())
+}
+
+fn x_series(id: u8, instruction: &protocol2::Instruction) -> Option<Vec<u8>> {
+    Firmware::XSeries.has_id(id).then_some(())?;
     let bytes = instruction.encode::<FRAME_MAX>(id)?;
     Some(bytes.to_vec())
 }
@@ -187,7 +217,8 @@ mod tests {
         assert!(Request::ping(Firmware::Morpheus, 0).is_none());
         assert!(Request::ping(Firmware::Stock, 0).is_some());
         for firmware in Firmware::ALL {
-            assert!(Request::ping(firmware, 253).is_some());
+            let has_253 = firmware != Firmware::XSeries;
+            assert_eq!(Request::ping(firmware, 253).is_some(), has_253);
             assert!(Request::ping(firmware, 254).is_none());
             assert!(Request::ping(firmware, 255).is_none());
             assert!(Request::factory_reset(firmware, 254).is_none());

@@ -43,13 +43,13 @@ pub struct Found {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Details {
     /// Model number.
-    pub model: Option<u16>,
+    pub model: Option<u32>,
     /// Version of the firmware.
-    pub version: Option<u16>,
+    pub version: Option<u32>,
     /// In °C, or, for Morpheus, in counts of its converter.
-    pub temperature: Option<u16>,
+    pub temperature: Option<u32>,
     /// Supply in 0.1 V.
-    pub decivolt: Option<u16>,
+    pub decivolt: Option<u32>,
 }
 
 /// An id with an invalid reply, or a servo that
@@ -78,10 +78,10 @@ pub struct Report {
 }
 
 impl Report {
-    /// Whether servos of both firmwares were found, which the board refuses.
+    /// Whether servos of several firmwares were found, which the board refuses.
     pub fn is_mixed(&self) -> bool {
-        let has = |firmware| self.found.iter().any(|found| found.firmware == firmware);
-        Firmware::ALL.into_iter().all(has)
+        let mut neighbours = self.found.windows(2);
+        neighbours.any(|two| matches!(two, [a, b] if a.firmware != b.firmware))
     }
 }
 
@@ -200,7 +200,7 @@ fn details<L: Line>(servo: &mut Servo<L>) -> Result<Details, ServoError> {
             let reading = temperature.map(|register| servo.read(register));
             reading.into_iter().collect::<Result<_, _>>()?
         }
-        Firmware::Stock => servo.read_all()?,
+        Firmware::Stock | Firmware::XSeries => servo.read_all()?,
     };
     let number = |name| {
         let reading = readings
@@ -215,6 +215,6 @@ fn details<L: Line>(servo: &mut Servo<L>) -> Result<Details, ServoError> {
         model: number("model_number"),
         version: number("firmware_version"),
         temperature: number("present_temperature").or(number("temperature")),
-        decivolt: number("present_voltage"),
+        decivolt: number("present_voltage").or(number("present_input_voltage")),
     })
 }

@@ -101,6 +101,22 @@ impl<'a, L: Line> Servo<'a, L> {
         Ok(self.reading(register, &bytes, register.address))
     }
 
+    /// Reads one register after the other, and leaves out what the servo refuses.
+    fn read_each(&mut self, table: &'static Table) -> Result<Vec<Reading>, ServoError> {
+        let readings = table.registers.iter().map(|register| self.read(register));
+        readings
+            .filter(|reading| {
+                !matches!(
+                    reading,
+                    Err(ServoError::Bus {
+                        error: BusError::Diagnosis(Diagnosis::Refused(_)),
+                        ..
+                    })
+                )
+            })
+            .collect()
+    }
+
     /// Reads all registers.
     ///
     /// # Errors
@@ -112,6 +128,8 @@ impl<'a, L: Line> Servo<'a, L> {
         let spans: &[(u16, u16)] = match self.firmware {
             Firmware::Morpheus => &[(0x00, 11), (0x0C, 6)],
             Firmware::Stock => &[(0, table.size)],
+            // There are gaps, and models lack some of the registers.
+            Firmware::XSeries => return self.read_each(table),
         };
         let mut memory = vec![0; table.size.into()];
         for &(from, count) in spans {
@@ -148,7 +166,7 @@ impl<'a, L: Line> Servo<'a, L> {
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn check(&self, register: &Register, value: u16) -> Result<(), ServoError> {
+    pub fn check(&self, register: &Register, value: u32) -> Result<(), ServoError> {
         let name = register.name;
         if register.access == Access::Read {
             return Err(ServoError::ReadOnly { name });
@@ -176,7 +194,7 @@ impl<'a, L: Line> Servo<'a, L> {
     ///
     /// # Errors
     /// If it cannot be written, or the servo has not stored the value.
-    pub fn write(&mut self, register: &'static Register, value: u16) -> Result<Taken, ServoError> {
+    pub fn write(&mut self, register: &'static Register, value: u32) -> Result<Taken, ServoError> {
         self.check(register, value)?;
         if self.is_position(register) {
             self.check_margins(register, value)?;
@@ -192,7 +210,7 @@ impl<'a, L: Line> Servo<'a, L> {
     pub(super) fn send_write(
         &mut self,
         register: &'static Register,
-        value: u16,
+        value: u32,
     ) -> Result<(), ServoError> {
         let request = Request::write(self.firmware, self.id, register, value);
         let result = self.send(request);
@@ -218,7 +236,7 @@ impl<'a, L: Line> Servo<'a, L> {
     pub(super) fn expect(
         &mut self,
         register: &'static Register,
-        wanted: u16,
+        wanted: u32,
     ) -> Result<Taken, ServoError> {
         let (id, name) = (self.id, register.name);
         let read = self
@@ -232,7 +250,7 @@ impl<'a, L: Line> Servo<'a, L> {
             Value::Known(stored) => (stored, Taken::ReadBack),
             Value::LowByte(low) => {
                 // The value if the high byte is the wanted one.
-                (wanted & 0xFF00 | u16::from(low), Taken::LowByteReadBack)
+                (wanted & 0xFF00 | u32::from(low), Taken::LowByteReadBack)
             }
         };
         if stored == wanted {
@@ -279,7 +297,7 @@ impl<'a, L: Line> Servo<'a, L> {
             if let Some((_, counts)) = positions.iter().find(|(from, _)| *from == id) {
                 return Ok(Reading {
                     register,
-                    value: Value::Known(*counts),
+                    value: Value::Known((*counts).into()),
                 });
             }
             if !is_started {
@@ -291,10 +309,10 @@ impl<'a, L: Line> Servo<'a, L> {
 
     /// Checks a goal against the margins: Morpheus answers OK to a goal outside, ignores it,
     /// and resets its PWM.
-    fn check_margins(&mut self, register: &Register, goal: u16) -> Result<(), ServoError> {
+    fn check_margins(&mut self, register: &Register, goal: u32) -> Result<(), ServoError> {
         let margins = self.bytes(0x02, 2)?;
         let [upper, lower] = [0, 1].map(|i| margins.get(i).copied().unwrap_or_default());
-        let range = u16::from(lower)..=1023 - u16::from(upper);
+        let range = u32::from(lower)..=1023 - u32::from(upper);
         if range.contains(&goal) {
             return Ok(());
         }

@@ -1,9 +1,9 @@
-//! Names of a stock servo's alarms.
+//! Names of the alarms of stock and X servos.
 
 use armbridge_servo::Alarms;
 
-/// Names, from bit 0 on (e-Manual, "Error").
-const NAMES: [&str; 7] = [
+/// Names, from bit 0 on (e-Manual, "Error"); the last is the alert of an X servo.
+const NAMES: [&str; 8] = [
     "input voltage",
     "angle limit",
     "overheating",
@@ -11,6 +11,7 @@ const NAMES: [&str; 7] = [
     "checksum",
     "overload",
     "instruction",
+    "hardware",
 ];
 
 /// The names of these alarms, from bit 0 on.
@@ -38,8 +39,8 @@ mod tests {
     fn every_bit_has_its_name() {
         let alarms = Alarms::OVERLOAD.or(Alarms::OVERHEATING);
         assert_eq!(text(alarms), "overheating, overload");
-        assert_eq!(names(Alarms::from_bits(0xFF)).len(), 7);
-        assert_eq!(text(Alarms::from_bits(0x80)), "none");
+        assert_eq!(names(Alarms::from_bits(0xFF)).len(), 8);
+        assert_eq!(text(Alarms::from_bits(0x80)), "hardware");
         assert_eq!(text(Alarms::from_bits(64)), "instruction");
     }
 }

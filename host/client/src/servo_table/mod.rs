@@ -1,19 +1,22 @@
 //! Registers of servos by name: one table per firmware, both in the same form, and
 //! the names of alarms.
 //!
-//! A register is one byte or two, low byte first. Values here are raw, as on
-//! the wire; [`Unit`] gives their meaning. Where a number is sign and
-//! magnitude, bit 10 is the sign: never two's complement.
+//! A register has one, two or four bytes, low byte first. Values here are raw, as on the wire;
+//! [`Unit`] gives their meaning. Where a number of an AX-12A is sign and magnitude, bit 10 is the
+//! sign; numbers of the X series are two's complement.
 //!
 //! The board has addresses and sizes only; a test here compares them.
 
 pub mod alarms;
 mod ax12a;
 mod morpheus;
+mod x_series;
 
+use armbridge_servo::protocol2::model;
 use armbridge_servo::{Alarms, Firmware};
 pub use ax12a::AX12A;
 pub use morpheus::MORPHEUS;
+pub use x_series::X_SERIES;
 
 use core::fmt;
 use core::ops::RangeInclusive;
@@ -32,7 +35,7 @@ pub struct Table {
 pub struct Register {
     /// Address of its (low) byte.
     pub address: u16,
-    /// One byte or two.
+    /// Number of its bytes.
     pub size: Size,
     /// In snake case, as on the command line.
     pub name: &'static str,
@@ -41,9 +44,9 @@ pub struct Register {
     /// Memory that holds it.
     pub storage: Storage,
     /// Values that may be written, or are read.
-    pub range: RangeInclusive<u16>,
+    pub range: RangeInclusive<u32>,
     /// Ex works, or at power-up, if known.
-    pub initial: Option<u16>,
+    pub initial: Option<u32>,
     /// Meaning of the number.
     pub unit: Unit,
 }
@@ -55,6 +58,8 @@ pub enum Size {
     Byte,
     /// Two, low byte first.
     Word,
+    /// Four, low byte first.
+    Long,
 }
 
 impl Size {
@@ -63,6 +68,16 @@ impl Size {
         match self {
             Self::Byte => 1,
             Self::Word => 2,
+            Self::Long => 4,
+        }
+    }
+
+    /// The number whose two's complement has these bytes.
+    pub const fn complement(self, raw: u32) -> i32 {
+        match self {
+            Self::Byte => raw as u8 as i8 as i32,
+            Self::Word => raw as u16 as i16 as i32,
+            Self::Long => raw as i32,
         }
     }
 }
@@ -112,6 +127,18 @@ pub enum Unit {
     Counts,
     /// 0.1 % of full voltage either side of 1000, which is off.
     Pwm,
+    /// Code of a baud rate of the X series.
+    BaudCode,
+    /// A number in two's complement.
+    Signed,
+    /// 1/4096 of a turn, in two's complement.
+    Turns,
+    /// 1/885 of the supply, in two's complement.
+    Duty,
+    /// 0.229 rpm, in two's complement.
+    Speed,
+    /// 20 ms; 255 once it has run out.
+    TwentyMilliseconds,
 }
 
 impl Table {
@@ -120,6 +147,7 @@ impl Table {
         match firmware {
             Firmware::Morpheus => &MORPHEUS,
             Firmware::Stock => &AX12A,
+            Firmware::XSeries => &X_SERIES,
         }
     }
 
@@ -145,27 +173,28 @@ impl Register {
     }
 
     /// Its value in a copy of the servo's memory from address `from` on.
-    pub fn value_in(&self, memory: &[u8], from: u16) -> Option<u16> {
+    pub fn value_in(&self, memory: &[u8], from: u16) -> Option<u32> {
         let start = usize::from(self.address.checked_sub(from)?);
         let bytes = memory.get(start..start + usize::from(self.size.bytes()))?;
         Some(
             bytes
                 .iter()
                 .rev()
-                .fold(0, |value, byte| value << 8 | u16::from(*byte)),
+                .fold(0, |value, byte| value << 8 | u32::from(*byte)),
         )
     }
 
     /// Its bytes on the wire; the low one alone if it has only one.
-    pub fn bytes_of(&self, value: u16) -> Vec<u8> {
+    pub fn bytes_of(&self, value: u32) -> Vec<u8> {
         let bytes = value.to_le_bytes();
         bytes.into_iter().take(self.size.bytes().into()).collect()
     }
 
     /// Its value as text, with the unit.
-    pub const fn show(&self, value: u16) -> Shown {
+    pub const fn show(&self, value: u32) -> Shown {
         Shown {
             unit: self.unit,
+            size: self.size,
             value,
         }
     }
@@ -179,8 +208,8 @@ const fn row(
     name: &'static str,
     access: Access,
     storage: Storage,
-    range: RangeInclusive<u16>,
-    initial: Option<u16>,
+    range: RangeInclusive<u32>,
+    initial: Option<u32>,
     unit: Unit,
 ) -> Register {
     Register {
@@ -199,17 +228,19 @@ const fn row(
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shown {
     unit: Unit,
-    value: u16,
+    size: Size,
+    value: u32,
 }
 
 /// Bit 10: clockwise.
-const CLOCKWISE: u16 = 1 << 10;
+const CLOCKWISE: u32 = 1 << 10;
 
 impl fmt::Display for Shown {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let raw = self.value;
-        let number = f32::from(raw);
-        let magnitude = f32::from(raw & (CLOCKWISE - 1));
+        let number = f64::from(raw);
+        let magnitude = f64::from(raw & (CLOCKWISE - 1));
+        let complement = f64::from(self.size.complement(raw));
         let signed = if raw & CLOCKWISE == 0 {
             magnitude
         } else {
@@ -217,8 +248,8 @@ impl fmt::Display for Shown {
         };
         match self.unit {
             Unit::Number => write!(f, "{raw}"),
-            Unit::Baud => write!(f, "{} baud", 2_000_000 / (u32::from(raw) + 1)),
-            Unit::TwoMicroseconds => write!(f, "{} us", 2 * u32::from(raw)),
+            Unit::Baud => write!(f, "{} baud", 2_000_000 / (raw + 1)),
+            Unit::TwoMicroseconds => write!(f, "{} us", 2 * raw),
             Unit::Angle => write!(f, "{:.1} deg", number * 300.0 / 1023.0),
             Unit::Celsius => write!(f, "{raw} degC"),
             Unit::DeciVolt => write!(f, "{:.1} V", number / 10.0),
@@ -228,6 +259,16 @@ impl fmt::Display for Shown {
             Unit::Alarms => f.write_str(&alarms::text(Alarms::from_bits(raw as u8))),
             Unit::Counts => write!(f, "{raw} counts"),
             Unit::Pwm => write!(f, "{:+.1} %", (number - 1000.0) / 10.0),
+            Unit::BaudCode => match model::baud_rate(raw as u8) {
+                Some(baud) => write!(f, "{baud} baud"),
+                None => write!(f, "{raw}"),
+            },
+            Unit::Signed => write!(f, "{complement}"),
+            Unit::Turns => write!(f, "{:.1} deg", complement * 360.0 / 4096.0),
+            Unit::Duty => write!(f, "{:+.1} %", complement / 8.85),
+            Unit::Speed => write!(f, "{:.1} rpm", complement * 0.229),
+            Unit::TwentyMilliseconds if raw == 255 => write!(f, "has run out"),
+            Unit::TwentyMilliseconds => write!(f, "{} ms", 20 * raw),
         }
     }
 }
@@ -239,15 +280,15 @@ mod tests {
 
     #[test]
     fn tables_are_in_order_and_in_themselves_consistent() {
-        for table in [&AX12A, &MORPHEUS] {
+        for table in [&AX12A, &MORPHEUS, &X_SERIES] {
             let mut end = 0;
             for register in table.registers {
                 assert!(register.address >= end, "{}", register.name);
                 end = register.end();
-                let largest = if register.size == Size::Byte {
-                    0xFF
-                } else {
-                    0xFFFF
+                let largest = match register.size {
+                    Size::Byte => 0xFF,
+                    Size::Word => 0xFFFF,
+                    Size::Long => u32::MAX,
                 };
                 assert!(*register.range.end() <= largest, "{}", register.name);
                 if let Some(initial) = register.initial {

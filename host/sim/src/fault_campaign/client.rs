@@ -31,6 +31,7 @@ impl Client {
             method: match servos {
                 Firmware::Morpheus => Method::Pwm,
                 Firmware::Stock => Method::Speeds,
+                Firmware::XSeries => Method::Duties,
             },
             baud,
             is_driving: false,

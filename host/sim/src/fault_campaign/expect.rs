@@ -191,14 +191,23 @@ const STOCK: [Expected; 2] = rows! {
          alarm in every reply";
 };
 
+/// Rows that differ with X servos.
+const X: [Expected; 2] = rows! {
+    Kind::ServoReset | Kind::ServosReset => [ServoReset, ServoSilent]
+        "it answers as before, but its watchdog, which is volatile, is not set any more";
+    Kind::Hot => [Temperature, ServoAlarm]
+        "at the servo's own limit it switches off and sets its alert in every reply";
+};
+
 /// The row of a kind with these servos.
 pub(super) fn expected(kind: Kind, servos: Firmware) -> &'static Expected {
-    let stock: &[Expected] = match servos {
+    let own: &[Expected] = match servos {
         Firmware::Morpheus => &[],
         Firmware::Stock => &STOCK,
+        Firmware::XSeries => &X,
     };
     let [first, ..] = &TABLE;
-    let mut rows = stock.iter().chain(&TABLE);
+    let mut rows = own.iter().chain(&TABLE);
     let row = rows.find(|row| (row.matches_kind)(kind));
     // Every kind has a row, as a test shows.
     row.unwrap_or(first)

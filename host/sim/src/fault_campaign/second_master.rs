@@ -33,6 +33,7 @@ impl SecondMaster {
             method: match servos {
                 Firmware::Morpheus => Method::Pwm,
                 Firmware::Stock => Method::Speeds,
+                Firmware::XSeries => Method::Duties,
             },
             between_us: between_ms * 1e3,
             next_us: during_us.start,

@@ -134,6 +134,7 @@ impl fmt::Display for Bus {
         let firmware = match self.servos {
             Firmware::Morpheus => "morpheus",
             Firmware::Stock => "stock",
+            Firmware::XSeries => "x",
         };
         write!(f, "{firmware} {} Bd", self.baud)
     }

@@ -7,7 +7,9 @@ use std::rc::Rc;
 
 use armbridge_board::bridge::transparent_port::ClientLine;
 use armbridge_servo::protocol1::{BROADCAST, Instruction};
-use armbridge_servo::{Firmware, morpheus};
+use armbridge_servo::protocol2::model::OperatingMode;
+use armbridge_servo::protocol2::register as x;
+use armbridge_servo::{Firmware, morpheus, protocol2};
 
 use crate::cosim::PortClient;
 
@@ -22,6 +24,8 @@ const SPEED: u16 = 512;
 /// Goal of stock servos in joint mode, in counts: beyond an obstacle that is ten from
 /// the middle.
 const GOAL: u16 = 540;
+/// Goal PWM at which it drives X servos: half of what there is.
+const DUTY: u16 = 442;
 
 /// Bytes that are written periodically.
 #[derive(Debug)]
@@ -171,17 +175,20 @@ pub enum Method {
     Speeds,
     /// Stock servos in joint mode, by goals, each of which enables torque.
     Goals,
+    /// X servos in PWM control mode, by goals.
+    Duties,
 }
 
 impl Method {
-    /// Every method.
-    pub const ALL: [Self; 3] = [Self::Pwm, Self::Speeds, Self::Goals];
+    /// Every method with AX-12A servos.
+    pub const AX12A: [Self; 3] = [Self::Pwm, Self::Speeds, Self::Goals];
 
     /// Firmware of the servos.
     pub fn firmware(self) -> Firmware {
         match self {
             Self::Pwm => Firmware::Morpheus,
             Self::Speeds | Self::Goals => Firmware::Stock,
+            Self::Duties => Firmware::XSeries,
         }
     }
 
@@ -193,6 +200,9 @@ impl Method {
                 .concat(),
             Self::Speeds => sync_write(32, SPEED),
             Self::Goals => sync_write(30, GOAL),
+            Self::Duties => IDS
+                .map(|id| self.write(id, x::GOAL_PWM, &DUTY.to_le_bytes()))
+                .concat(),
         }
     }
 
@@ -203,6 +213,17 @@ impl Method {
                 let wheel = IDS.map(|id| self.write(id, 6, &[0; 4]));
                 let enable = IDS.map(|id| self.write(id, 24, &[1]));
                 wheel.into_iter().chain(enable).collect()
+            }
+            Self::Duties => {
+                let mode = OperatingMode::Pwm.code();
+                let writes = [
+                    (x::TORQUE_ENABLE, 0),
+                    (x::OPERATING_MODE, mode),
+                    (x::TORQUE_ENABLE, 1),
+                ];
+                let packets =
+                    writes.map(|(address, value)| IDS.map(|id| self.write(id, address, &[value])));
+                packets.concat()
             }
             Self::Pwm | Self::Goals => Vec::new(),
         }
@@ -216,6 +237,9 @@ impl Method {
             Firmware::Stock => [(24, 0), (4, register)]
                 .map(|(address, value)| self.write(IDS[servo], address, &[value]))
                 .concat(),
+            Firmware::XSeries => [(x::TORQUE_ENABLE, 0), (x::BAUD_RATE, register)]
+                .map(|(address, value)| self.write(IDS[servo], address, &[value]))
+                .concat(),
         }
     }
 
@@ -223,6 +247,7 @@ impl Method {
     pub fn again(self, servo: usize) -> Vec<u8> {
         match self {
             Self::Speeds => self.write(IDS[servo], 24, &[1]),
+            Self::Duties => self.write(IDS[servo], x::TORQUE_ENABLE, &[1]),
             Self::Pwm | Self::Goals => Vec::new(),
         }
     }
@@ -236,6 +261,13 @@ impl Method {
         match self.firmware() {
             Firmware::Morpheus => morpheus(IDS[0], &[2, 0x0B, 2]),
             Firmware::Stock => stock(IDS[0], &read),
+            Firmware::XSeries => x_series(
+                IDS[0],
+                &protocol2::Instruction::Read {
+                    address: x::PRESENT_POSITION,
+                    count: 4,
+                },
+            ),
         }
     }
 
@@ -244,6 +276,7 @@ impl Method {
         match self.firmware() {
             Firmware::Morpheus => morpheus(id, &[&[3, address as u8], data].concat()),
             Firmware::Stock => stock(id, &Instruction::Write { address, data }),
+            Firmware::XSeries => x_series(id, &protocol2::Instruction::Write { address, data }),
         }
     }
 }
@@ -269,6 +302,11 @@ fn morpheus(id: u8, data: &[u8]) -> Vec<u8> {
 }
 
 fn stock(id: u8, instruction: &Instruction) -> Vec<u8> {
+    let packet = instruction.encode::<64>(id);
+    packet.expect("a short packet").to_vec()
+}
+
+fn x_series(id: u8, instruction: &protocol2::Instruction) -> Vec<u8> {
     let packet = instruction.encode::<64>(id);
     packet.expect("a short packet").to_vec()
 }

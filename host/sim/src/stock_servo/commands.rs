@@ -191,10 +191,12 @@ impl Ax12a {
                 let (_, data) = own?;
                 Execution::write(self.memory.check(address, data), address, data)
             }
-            // The last two are not part of Protocol 1.0.
-            Instruction::SyncWrite { .. } | Instruction::Start | Instruction::Cycle => {
-                Execution::reply_only(Alarms::INSTRUCTION)
-            }
+            // The others are not part of Protocol 1.0.
+            Instruction::SyncWrite { .. }
+            | Instruction::SyncRead { .. }
+            | Instruction::FastSyncRead { .. }
+            | Instruction::Start
+            | Instruction::Cycle => Execution::reply_only(Alarms::INSTRUCTION),
         })
     }
 

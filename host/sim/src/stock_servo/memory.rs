@@ -139,7 +139,8 @@ impl Memory {
             if !self.may_write(register) || !register.range.contains(&value) {
                 return Alarms::RANGE;
             }
-            let limits = self.word(at::CW_ANGLE_LIMIT)..=self.word(at::CCW_ANGLE_LIMIT);
+            let limits =
+                self.word(at::CW_ANGLE_LIMIT).into()..=self.word(at::CCW_ANGLE_LIMIT).into();
             if register.address == u16::from(at::GOAL_POSITION)
                 && !self.is_wheel()
                 && !limits.contains(&value)

@@ -143,7 +143,7 @@ impl Ax12a {
 
     /// Value of a register, by its name in
     /// [`AX12A`].
-    pub fn register(&self, name: &str) -> Option<u16> {
+    pub fn register(&self, name: &str) -> Option<u32> {
         let register = AX12A.by_name(name)?;
         let bytes = self.memory.read(0, AX12A.size)?;
         register.value_in(bytes, 0)

@@ -95,7 +95,7 @@ impl Rig {
         self.set(id, 24, &[1]);
     }
 
-    fn register(&self, servo: usize, name: &str) -> u16 {
+    fn register(&self, servo: usize, name: &str) -> u32 {
         self.bench.servos()[servo]
             .stock()
             .unwrap()

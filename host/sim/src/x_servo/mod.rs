@@ -340,9 +340,7 @@ impl XServo {
                 return self.status_received(from, end_ns);
             }
             Some(Ok(frame)) => Packet::new(&frame),
-            Some(Err(PacketError::Crc { id: to } | PacketError::Stuffing { id: to }))
-                if to == id =>
-            {
+            Some(Err(PacketError::Checksum { id: to })) if to == id => {
                 return self.reply_to_damage(end_ns);
             }
             Some(Err(_)) => return,

@@ -1,5 +1,6 @@
 //! Requests of the host, handled in the tick.
 
+use armbridge_control::encoder::Encoder;
 use armbridge_servo::bus::Bus;
 
 use super::Bridge;
@@ -99,15 +100,16 @@ impl<B: Bus> Bridge<'_, B> {
 
     fn perform(&mut self, command: &ValidatedCommand) -> Result<(), Refusal> {
         let bus = BusFacts {
+            encoder: Encoder::of(self.sequencer.firmware()),
             is_prepared: self.sequencer.is_prepared(),
             least_period_us: self.sequencer.least_period_us(),
             is_stop_settled: self.sequencer.is_settled(),
             hot_joint: self.hot_joint(),
             encoder_refusal: self.core.encoder_refusal(),
         };
-        let is_stock = self.sequencer.firmware() == Firmware::Stock;
+        let has_settings = self.sequencer.firmware() != Firmware::Morpheus;
         let prepares = matches!(command, ValidatedCommand::Prepare) && !bus.is_prepared;
-        let restores = matches!(command, ValidatedCommand::Release) && is_stock;
+        let restores = matches!(command, ValidatedCommand::Release) && has_settings;
         let result = self.core.command(command, bus);
         self.apply_core_actions();
         if result.is_ok() && prepares {

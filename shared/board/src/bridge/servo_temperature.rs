@@ -1,6 +1,6 @@
 //! Temperatures of the servos: limits, and the baseline of each since it was powered up.
 //!
-//! A stock servo reports °C. A Morpheus servo reports counts of a converter that is not
+//! A stock servo and one of the X series report °C. A Morpheus servo reports counts of a converter that is not
 //! calibrated, so that its limit is mostly a change: since its first reading after power-up,
 //! either way, because some sensors fall with heat. A fault that is cleared takes no new
 //! baseline; otherwise each would allow another step. A reading at either end of the
@@ -111,7 +111,7 @@ impl Readings {
     /// Limits of a servo, the lower and the upper.
     fn limits(self, firmware: Firmware, limits: &Limits) -> [u16; 2] {
         match firmware {
-            Firmware::Stock => [0, limits.temperature_c.into()],
+            Firmware::Stock | Firmware::XSeries => [0, limits.temperature_c.into()],
             Firmware::Morpheus => {
                 let drift = limits.temperature_drift_counts;
                 let [coldest, hottest] = limits.temperature_counts;
@@ -161,7 +161,7 @@ impl Readings {
 /// arm is parked before one does.
 fn margin(firmware: Firmware, limits: &Limits) -> u16 {
     match firmware {
-        Firmware::Stock => COOLED_C,
+        Firmware::Stock | Firmware::XSeries => COOLED_C,
         Firmware::Morpheus => limits.temperature_drift_counts / COOLED_SHARE,
     }
 }

@@ -1,8 +1,8 @@
 //! Discovery: search for the servos, their speed and their firmware.
 //!
 //! ```text
-//! at each of BAUD_RATES: stop -> ping joint 1 (Morpheus, stock) -> ping joint 2 -> ..
-//!   all found, one firmware  -> position chain (Morpheus), read the settings (stock)
+//! at each of BAUD_RATES: stop -> ping joint 1 (Morpheus, stock, X) -> ping joint 2 -> ..
+//!   all found, one firmware  -> position chain (Morpheus), read the settings (stock, X)
 //!   none found               -> the next speed
 //!   otherwise                -> a notification to the host; a pause; from the beginning
 //! ```
@@ -92,11 +92,17 @@ impl Discovery {
                 joint,
                 firmware: Firmware::Stock,
             },
-            Firmware::Morpheus | Firmware::Stock if joint + 1 < JOINTS => Next::Ping {
-                joint: joint + 1,
-                firmware: Firmware::Morpheus,
+            Firmware::Stock if !is_found => Next::Ping {
+                joint,
+                firmware: Firmware::XSeries,
             },
-            Firmware::Morpheus | Firmware::Stock => self.conclude_speed(),
+            Firmware::Morpheus | Firmware::Stock | Firmware::XSeries if joint + 1 < JOINTS => {
+                Next::Ping {
+                    joint: joint + 1,
+                    firmware: Firmware::Morpheus,
+                }
+            }
+            Firmware::Morpheus | Firmware::Stock | Firmware::XSeries => self.conclude_speed(),
         }
     }
 

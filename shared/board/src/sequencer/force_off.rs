@@ -244,7 +244,7 @@ impl ForceOff {
             (CheckKind::Ping, Some(_)) => Evidence::Commanded,
             (CheckKind::ReadBack, Some(data)) => match firmware.decode_off(data) {
                 Some(true) => Evidence::Off {
-                    read_us: (firmware == Firmware::Stock).then_some(now_us),
+                    read_us: (firmware != Firmware::Morpheus).then_some(now_us),
                     missed: 0,
                 },
                 Some(false) => {

@@ -168,7 +168,8 @@ impl HealthPoll {
                     self.torque_joint = joint;
                     self.torque_due_us = self.torque_due_us.saturating_sub(TORQUE_US);
                 }
-                let is_reset = data == Some(&[0]) && alarms.is_empty();
+                // 255 of an X servo that has switched its motor off by itself.
+                let is_reset = matches!(data, Some([0 | 255])) && alarms.is_empty();
                 is_reset.then_some(Health::Reset { joint })
             }
             HealthRequest::Temperature { joint } => {
@@ -184,7 +185,7 @@ impl HealthRequest {
     pub(super) fn query(self, firmware: Firmware, servo: ServoId) -> Option<Query> {
         match self {
             Self::Ping { .. } => Some(firmware.ping_query(servo)),
-            Self::Torque { .. } => firmware.torque_query(servo),
+            Self::Torque { .. } => firmware.reset_query(servo),
             Self::Temperature { .. } => firmware.temperature_query(servo),
         }
     }

@@ -1,6 +1,6 @@
-//! Servo set-up: makes stock servos ready for torque, and restores them.
+//! Servo set-up: makes stock and X servos ready for torque, and restores them.
 //!
-//! Bring-up only reads stock servos' settings. A change needs a command,
+//! Bring-up only reads their settings. A change needs a command,
 //! [`Command::Prepare`](armbridge_link::message::Command::Prepare) or
 //! [`Command::Release`](armbridge_link::message::Command::Release): use of the transparent
 //! port alone changes no servo.
@@ -10,10 +10,16 @@
 //! ex works, would take half of a tick for each servo. Both are EEPROM, so
 //! they are written only where they differ, and the values found are kept for the
 //! release, until reset.
+//!
+//! An X servo has a PWM control mode, which is EEPROM too, and a watchdog of the bus: it is set
+//! to 20 ms last, and from then on a servo that receives no packet of its protocol for that long
+//! switches its motor off, whatever has become of board and wire.
 
-use super::setup_step::{SavedConfig, ServoSettings, SetupGoal, SetupStep, Step};
+use super::setup_step::{
+    RegisterAccess, RegisterImage, SavedConfig, ServoSettings, SetupGoal, SetupStep, Step,
+};
 use armbridge_servo::master::timing::CONTROL_STEP_US;
-use armbridge_servo::{JOINTS, Packet, ServoId};
+use armbridge_servo::{Firmware, JOINTS, Query, ServoId};
 
 /// Time without requests after a write to a servo's EEPROM, in µs. The e-Manual
 /// does not specify it; an `ATmega8`, which AX-12A have had, takes
@@ -33,51 +39,78 @@ pub(super) enum Progress {
     Silent(usize),
 }
 
-/// Set-up of the stock servos, with their settings as found and as read.
+/// Set-up of the servos, with their settings as found and as read.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ServoSetup {
     saved: [SavedConfig; JOINTS],
+    image: RegisterImage,
 }
 
 impl ServoSetup {
-    /// The first request from this step on, with its step, packet and bytes of reply.
+    /// The first request from this step on, with its step.
     ///
     /// # Errors
     /// The goal, if no step with a request is left.
     pub(super) fn request(
         &self,
         mut step: SetupStep,
+        firmware: Firmware,
         ids: [ServoId; JOINTS],
-    ) -> Result<(SetupStep, Packet, u16), SetupGoal> {
+    ) -> Result<(SetupStep, Query), SetupGoal> {
         loop {
-            let saved = self.saved.get(step.joint).copied().unwrap_or_default();
             let id = ids.get(step.joint).map_or(0, |id| id.get());
-            let access = step.access(&saved);
-            if let Some((packet, reply_bytes)) = access.and_then(|access| access.packet(id)) {
-                return Ok((step, packet, reply_bytes));
+            let access = self.access(step, firmware);
+            if let Some(query) = access.and_then(|access| access.query(firmware, id)) {
+                return Ok((step, query));
             }
             step = step.after().ok_or(step.goal)?;
         }
     }
 
+    /// The register access of a step; `None` if there is nothing to do.
+    fn access(&self, step: SetupStep, firmware: Firmware) -> Option<RegisterAccess> {
+        let saved = self.saved.get(step.joint).copied().unwrap_or_default();
+        step.access(firmware, &saved)
+    }
+
     /// Takes the data of the reply to this step, or its absence.
-    pub(super) fn note_reply(&mut self, step: SetupStep, data: Option<&[u8]>) -> Progress {
+    pub(super) fn note_reply(
+        &mut self,
+        step: SetupStep,
+        firmware: Firmware,
+        data: Option<&[u8]>,
+    ) -> Progress {
         let pause_us = if step.step.writes_eeprom() {
             EEPROM_US
         } else {
             // Until its control step is over, a servo that has replied may not listen.
             CONTROL_STEP_US
         };
-        let next = match (step.step, data.and_then(ServoSettings::decode)) {
-            (Step::Read | Step::Reread | Step::Verify, Some(settings)) => {
-                let is_check = step.step == Step::Verify;
+        // An X servo that refuses to read answers without data.
+        let data = data.filter(|data| !data.is_empty());
+        let access = self.access(step, firmware);
+        if let (Some(data), Some(RegisterAccess::Read(address, _))) = (data, access) {
+            self.image.store(address, data);
+            if let Some(next) = step.next_read(firmware) {
+                return Progress::Step(next, pause_us);
+            }
+        }
+        let settings = data.and_then(|_| ServoSettings::decode(firmware, &self.image));
+        let next = match (step.step, settings) {
+            (Step::Read | Step::Reread | Step::Confirm | Step::Verify, Some(settings)) => {
+                let is_check = matches!(step.step, Step::Confirm | Step::Verify);
+                let is_passed = match step.step {
+                    Step::Confirm => settings.are_safe(),
+                    Step::Verify => settings.are_in_force(),
+                    _ => true,
+                };
                 if let Some(saved) = self.saved.get_mut(step.joint) {
                     saved.now = Some(settings);
                     if !is_check && !settings.are_ready() {
                         saved.before = Some(settings);
                     }
                 }
-                if is_check && !settings.are_in_force() {
+                if !is_passed {
                     let again = step.again().map(|again| Progress::Step(again, pause_us));
                     return again.unwrap_or(Progress::Refused(step.joint));
                 }
@@ -86,15 +119,20 @@ impl ServoSetup {
             // No reply to READ: the status return level is 0.
             (Step::Read, None) => Some(SetupStep {
                 step: Step::EnableReplies,
+                read: 0,
                 ..step
             }),
-            (Step::Verify, None) if step.again().is_some() => step.again(),
-            (Step::Reread | Step::Verify, None) => return Progress::Silent(step.joint),
+            (Step::Confirm | Step::Verify, None) if step.again().is_some() => step.again(),
+            (Step::Reread | Step::Confirm | Step::Verify, None) => {
+                return Progress::Silent(step.joint);
+            }
             (
                 Step::EnableReplies
-                | Step::AngleLimits
+                | Step::Mode
                 | Step::ReturnDelay
-                | Step::ZeroSpeed
+                | Step::WatchdogOff
+                | Step::ZeroDuty
+                | Step::Watchdog
                 | Step::TorqueOn
                 | Step::TorqueOff
                 | Step::StatusLevel,
@@ -115,7 +153,6 @@ impl ServoSetup {
 #[cfg(test)]
 mod tests {
     extern crate std;
-    use super::super::setup_step::RegisterAccess;
     use super::*;
     use armbridge_servo::protocol1::register::TORQUE_ENABLE;
     use std::vec::Vec;
@@ -142,13 +179,16 @@ mod tests {
         for first in [SetupStep::READ, SetupStep::PREPARE] {
             let mut step = first;
             end = loop {
-                step = match setup.request(step, ids) {
-                    Ok((step, _, _)) => step,
+                step = match setup.request(step, Firmware::Stock, ids) {
+                    Ok((step, _)) => step,
                     Err(goal) => break Progress::Done(goal),
                 };
                 let memory = &mut servos[step.joint];
-                let data = match step.access(&setup.saved[step.joint]).unwrap() {
-                    RegisterAccess::Read => Some(&memory[5..25]),
+                let data = match step
+                    .access(Firmware::Stock, &setup.saved[step.joint])
+                    .unwrap()
+                {
+                    RegisterAccess::Read(..) => Some(&memory[5..25]),
                     RegisterAccess::Write(address, data) => {
                         writes.push((step.joint, address));
                         if !is_lost(writes.len() - 1) {
@@ -157,7 +197,7 @@ mod tests {
                         None
                     }
                 };
-                match setup.note_reply(step, data) {
+                match setup.note_reply(step, Firmware::Stock, data) {
                     Progress::Step(next, pause_us) => {
                         assert!(pause_us >= CONTROL_STEP_US);
                         step = next;

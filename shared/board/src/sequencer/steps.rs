@@ -11,7 +11,7 @@ use armbridge_link::record::Permission;
 use armbridge_servo::bus::Bus;
 use armbridge_servo::master::timing::reply_latency_us;
 use armbridge_servo::master::{Outcome, Transaction};
-use armbridge_servo::{ExpectedReply, Firmware, JOINTS};
+use armbridge_servo::{Firmware, JOINTS};
 
 /// Pause between two attempts to find the servos, in µs. It is short: each attempt begins
 /// with a stop, which a servo may need.
@@ -101,20 +101,16 @@ impl<B: Bus> BusSequencer<B> {
     }
 
     fn begin_set_up(&mut self, step: SetupStep) -> Option<BusEvent> {
-        let (step, packet, reply_bytes) = match self.setup.request(step, self.ids) {
+        let (step, query) = match self.setup.request(step, self.firmware(), self.ids) {
             Ok(request) => request,
             Err(goal) => return Some(self.finish_set_up(goal)),
         };
-        let id = self.ids.get(step.joint).map_or(0, |id| id.get());
-        let expected = ExpectedReply {
-            id,
-            reply_bytes,
-            latency_us: reply_latency_us(Firmware::Stock, self.baud(), false),
-        };
+        let latency_us = reply_latency_us(self.firmware(), self.baud(), false);
+        let expected = query.expected_reply(latency_us);
         self.state = State::Search(SearchStep::SetUp(step));
         self.owner = Some(Owner::SetUp(step));
         // Not busy: idle was checked before; set-up packets are short.
-        let _ = self.master.request(&packet, expected, self.now_us);
+        let _ = self.master.request(&query.packet, expected, self.now_us);
         let _ = self.master.poll(self.now_us);
         None
     }
@@ -181,7 +177,7 @@ impl<B: Bus> BusSequencer<B> {
                 self.set_bus_line(found);
                 self.state = State::Search(match found {
                     Firmware::Morpheus => SearchStep::Start,
-                    Firmware::Stock => SearchStep::SetUp(SetupStep::READ),
+                    Firmware::Stock | Firmware::XSeries => SearchStep::SetUp(SetupStep::READ),
                 });
                 let is_changed = before.is_some_and(|before| before != found);
                 return if is_changed {
@@ -243,7 +239,7 @@ impl<B: Bus> BusSequencer<B> {
                 if self.state != State::Search(SearchStep::SetUp(step)) {
                     return BusEvent::Searching;
                 }
-                match self.setup.note_reply(step, data) {
+                match self.setup.note_reply(step, firmware, data) {
                     Progress::Step(next, pause_us) => {
                         self.state = State::Search(SearchStep::SetUp(next));
                         self.next_us = self.now_us + pause_us;

@@ -24,6 +24,7 @@ use armbridge_control::controller::{
     computed_torque,
 };
 use armbridge_control::design::stability::{self, Eigenvalue};
+use armbridge_control::encoder::Encoder;
 use armbridge_control::estimate::{self, Config, Estimator};
 use armbridge_link::limits::Limits;
 use armbridge_link::message::{self, Gains, Refusal, Settings, Setup};
@@ -142,6 +143,13 @@ impl LoopConfig {
     /// Tick period in µs.
     pub fn period_us(&self) -> NonZeroU32 {
         self.control.period_us
+    }
+
+    /// The first joint whose calibration is of another encoder.
+    pub fn joint_of_other(&self, encoder: Encoder) -> Option<u8> {
+        let is_other = |joint: &Joint<f32>| joint.encoder() != Some(encoder);
+        let joint = self.control.joints.iter().position(is_other);
+        joint.map(|joint| joint as u8)
     }
 
     /// The limits in force.

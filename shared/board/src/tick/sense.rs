@@ -13,7 +13,9 @@ use armbridge_servo::{Alarms, JOINTS, Pwm};
 use nalgebra::Vector2;
 
 /// Alarms upon which a stock servo with factory settings switches its torque off.
-const SHUTDOWN: Alarms = Alarms::OVERHEATING.or(Alarms::OVERLOAD);
+const SHUTDOWN: Alarms = Alarms::OVERHEATING
+    .or(Alarms::OVERLOAD)
+    .or(Alarms::HARDWARE);
 
 /// See the [module](self).
 #[derive(Clone, Copy, Debug)]

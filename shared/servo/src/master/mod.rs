@@ -310,6 +310,7 @@ impl<B: Bus> Master<B> {
                     if !self.receiver.is_complete() && now_us < until_us {
                         return Err(nb::Error::WouldBlock);
                     }
+                    self.receiver.take_begun_parts(self.line.ids);
                     let echo = &self.echo;
                     self.receiver.finish(
                         &mut self.samples,

@@ -4,11 +4,12 @@
 use super::super::dispatch::ReplyParser;
 use super::super::exchange::{ExpectedReplies, ReplyContent};
 use super::super::protocol::{PacketError, Reply};
+use super::super::protocol2;
 use super::super::{Alarms, ExpectedReply, Firmware, Missing, Sample, ServoId};
 use crate::JOINTS;
 use heapless::Vec;
 
-/// Bytes of the longest reply that is decoded: a whole register map.
+/// Bytes of the longest reply that is decoded: a whole register map of an AX-12A.
 const REPLY_MAX: usize = 66;
 
 /// Faults observed during reception, the least specific first.
@@ -49,8 +50,8 @@ struct Replies {
     firmware: Firmware,
     /// Position of each joint, or 0 for the reply to a ping.
     answers: [Option<u16>; JOINTS],
-    /// Alarms in all replies of the addressed servo, with or without a position.
-    alarms: Alarms,
+    /// Alarms in all replies of each addressed servo, with or without a position.
+    alarms: [Alarms; JOINTS],
     reply: Option<Payload>,
     /// The most specific fault so far.
     fault: RxFault,
@@ -66,7 +67,7 @@ impl Default for Receiver {
                 expected: nothing,
                 firmware: Firmware::Morpheus,
                 answers: [None; JOINTS],
-                alarms: Alarms::NONE,
+                alarms: [Alarms::NONE; JOINTS],
                 reply: None,
                 fault: RxFault::NoBytes,
             },
@@ -79,11 +80,13 @@ impl Receiver {
     pub(super) fn begin(&mut self, expected: ExpectedReplies, firmware: Firmware) {
         let firmware = match expected {
             ExpectedReplies::Chain(_) => Firmware::Morpheus,
-            ExpectedReplies::Servo(..) | ExpectedReplies::Request(_) => firmware,
+            ExpectedReplies::Servo(..) | ExpectedReplies::Fast | ExpectedReplies::Request(_) => {
+                firmware
+            }
         };
         self.parser = match expected {
             ExpectedReplies::Request(_) => ReplyParser::new(firmware),
-            ExpectedReplies::Servo(..) | ExpectedReplies::Chain(_) => {
+            ExpectedReplies::Servo(..) | ExpectedReplies::Chain(_) | ExpectedReplies::Fast => {
                 ReplyParser::to_bridge(firmware, firmware.tick_reply_max())
             }
         };
@@ -91,7 +94,7 @@ impl Receiver {
         replies.expected = expected;
         replies.firmware = firmware;
         replies.answers = [None; JOINTS];
-        replies.alarms = Alarms::NONE;
+        replies.alarms = [Alarms::NONE; JOINTS];
         replies.reply = None;
         replies.fault = RxFault::NoBytes;
     }
@@ -101,13 +104,17 @@ impl Receiver {
         while let Some((first, rest)) = bytes.split_first() {
             self.replies.note_fault(RxFault::Bytes);
             // The usual case: whole replies, one after the other.
-            if let Some((reply, rest)) = self.parser.whole_reply(bytes) {
+            let is_fast = self.replies.expected == ExpectedReplies::Fast;
+            if !is_fast && let Some((reply, rest)) = self.parser.whole_reply(bytes) {
                 self.replies.take(reply, ids);
                 bytes = rest;
                 continue;
             }
             match self.parser.push(*first) {
                 None | Some(Err(PacketError::Header)) => {}
+                Some(Ok(_)) if is_fast => {
+                    self.replies.take_parts(self.parser.bytes(), ids);
+                }
                 Some(Err(PacketError::Checksum { .. })) => {
                     self.replies.note_fault(RxFault::BadChecksum);
                 }
@@ -128,7 +135,9 @@ impl Receiver {
         let Replies { answers, reply, .. } = &self.replies;
         match self.replies.expected {
             ExpectedReplies::Servo(joint, _) => answers.get(joint).is_some_and(Option::is_some),
-            ExpectedReplies::Chain(_) => answers.iter().all(Option::is_some),
+            ExpectedReplies::Chain(_) | ExpectedReplies::Fast => {
+                answers.iter().all(Option::is_some)
+            }
             ExpectedReplies::Request(_) => reply.is_some(),
         }
     }
@@ -148,11 +157,19 @@ impl Receiver {
         let expected_bytes = match self.replies.expected {
             ExpectedReplies::Servo(_, answer) => bytes(answer),
             ExpectedReplies::Chain(answer) => missing.count() * bytes(answer),
+            ExpectedReplies::Fast => firmware.tick_reply_max(),
             ExpectedReplies::Request(expected) => expected.reply_bytes.into(),
         };
         expected_bytes
             .saturating_sub(self.parser.bytes_held())
             .max(1)
+    }
+
+    /// Takes the whole parts of a fast status packet that a silent servo has left without its end.
+    pub(super) fn take_begun_parts(&mut self, ids: [ServoId; JOINTS]) {
+        if self.replies.expected == ExpectedReplies::Fast && !self.is_complete() {
+            self.replies.take_parts(self.parser.bytes(), ids);
+        }
     }
 
     /// Writes the samples and alarms of the addressed joints. A missing sample gets the
@@ -175,17 +192,17 @@ impl Receiver {
             RxFault::Bytes | RxFault::NoBytes => Missing::Silence,
         };
         let only = match self.replies.expected {
-            ExpectedReplies::Chain(_) => None,
+            ExpectedReplies::Chain(_) | ExpectedReplies::Fast => None,
             ExpectedReplies::Servo(joint, _) => Some(joint),
             ExpectedReplies::Request(_) => return,
         };
-        for (joint, (sample, answer)) in samples.iter_mut().zip(self.replies.answers).enumerate() {
+        let answers = self.replies.answers.into_iter().zip(self.replies.alarms);
+        let joints = samples.iter_mut().zip(alarms).zip(answers).enumerate();
+        for (joint, ((sample, slot), (answer, alarms))) in joints {
             if only.is_none_or(|only| only == joint) {
                 *sample = answer.map_or(Sample::Missing(missing), Sample::Counts);
+                *slot = alarms;
             }
-        }
-        if let Some(slot) = only.and_then(|joint| alarms.get_mut(joint)) {
-            *slot = self.replies.alarms;
         }
     }
 
@@ -214,6 +231,25 @@ impl Replies {
         }
     }
 
+    /// Takes the whole parts of a fast status packet, as far as it has come.
+    fn take_parts(&mut self, packet: &[u8], ids: [ServoId; JOINTS]) {
+        for part in protocol2::position_parts(packet) {
+            let Ok(part) = part else {
+                return self.note_fault(RxFault::BadChecksum);
+            };
+            let joint = ids.iter().position(|id| id.get() == part.id);
+            let slots = joint.and_then(|joint| {
+                Some((self.answers.get_mut(joint)?, self.alarms.get_mut(joint)?))
+            });
+            let Some((answer, alarms)) = slots else {
+                self.note_fault(RxFault::UnexpectedReply);
+                continue;
+            };
+            *alarms = alarms.or(part.alarms());
+            *answer = self.firmware.position(part.data);
+        }
+    }
+
     /// Takes a reply; `None` if it is not expected.
     fn accept_reply(&mut self, reply: &Reply, ids: [ServoId; JOINTS]) -> Option<()> {
         let joint = ids.iter().position(|id| id.get() == reply.id);
@@ -227,10 +263,13 @@ impl Replies {
                 });
                 return Some(());
             }
+            // By their parts.
+            ExpectedReplies::Fast => return None,
             ExpectedReplies::Servo(only, _) if joint != Some(only) => return None,
             ExpectedReplies::Servo(_, answer) | ExpectedReplies::Chain(answer) => (joint?, answer),
         };
-        self.alarms = self.alarms.or(reply.alarms);
+        let alarms = self.alarms.get_mut(joint)?;
+        *alarms = alarms.or(reply.alarms);
         let counts = match answer {
             ReplyContent::Pong => self.firmware.is_pong(reply.data).then_some(0),
             ReplyContent::Position => self.firmware.position(reply.data),

@@ -40,6 +40,7 @@ impl Protocol for Morpheus {
     const FIRMWARE: Firmware = Firmware::Morpheus;
     const HEADER: &'static [u8] = &[HEADER];
     const DESTINATION: usize = 2;
+    const READ_BYTES: usize = 8;
     const OVERHEAD: usize = OVERHEAD;
     const FRAME_MAX: usize = FRAME_MAX;
     const PONG_BYTES: u16 = OVERHEAD as u16 + 1;
@@ -49,7 +50,7 @@ impl Protocol for Morpheus {
     const MASTER: Option<u8> = Some(MASTER);
     const MEMORY_BYTES: u16 = register::END as u16;
     const TEMPERATURE: (u16, u16) = (0x0E, 2);
-    const TORQUE_ENABLE: Option<u16> = None;
+    const RESET_MARK: Option<u16> = None;
     const UNREADABLE: Option<u16> = Some(register::POSITION as u16);
     const REFUSAL: &'static [u8] = &[NOK];
 
@@ -176,6 +177,11 @@ impl Protocol for Morpheus {
             id,
             reply_bytes: (OVERHEAD + plan.range().len()) as u16,
         })
+    }
+
+    /// None: a Morpheus servo has no settings that the bridge changes.
+    fn write_query<const N: usize>(_id: u8, _address: u16, _data: &[u8]) -> Option<Query<N>> {
+        None
     }
 
     fn read_reply(address: u16, count: u16, data: &[u8]) -> Option<&[u8]> {

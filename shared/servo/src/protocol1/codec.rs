@@ -21,6 +21,7 @@ impl Protocol for Protocol1 {
     const FIRMWARE: Firmware = Firmware::Stock;
     const HEADER: &'static [u8] = &[HEADER; 2];
     const DESTINATION: usize = 2;
+    const READ_BYTES: usize = 8;
     const OVERHEAD: usize = OVERHEAD;
     const FRAME_MAX: usize = FRAME_MAX;
     const PONG_BYTES: u16 = OVERHEAD as u16;
@@ -29,7 +30,7 @@ impl Protocol for Protocol1 {
     const MASTER: Option<u8> = None;
     const MEMORY_BYTES: u16 = 50;
     const TEMPERATURE: (u16, u16) = (register::PRESENT_TEMPERATURE, 1);
-    const TORQUE_ENABLE: Option<u16> = Some(register::TORQUE_ENABLE);
+    const RESET_MARK: Option<u16> = Some(register::TORQUE_ENABLE);
     const UNREADABLE: Option<u16> = None;
     const REFUSAL: &'static [u8] = &[];
 
@@ -117,6 +118,10 @@ impl Protocol for Protocol1 {
         let is_known = address.checked_add(count)? <= Self::MEMORY_BYTES;
         let query = || query(id, &Instruction::Read { address, count }, count);
         is_known.then(query).flatten()
+    }
+
+    fn write_query<const N: usize>(id: u8, address: u16, data: &[u8]) -> Option<Query<N>> {
+        query(id, &Instruction::Write { address, data }, 0)
     }
 
     fn read_reply(_address: u16, count: u16, data: &[u8]) -> Option<&[u8]> {

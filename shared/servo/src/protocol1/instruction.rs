@@ -60,7 +60,9 @@ impl<'a> Instruction<'a> {
                 parameters.extend_from_slice(blocks).ok()?;
                 (BROADCAST, code::SYNC_WRITE)
             }
-            Self::Start | Self::Cycle => return None,
+            Self::SyncRead { .. } | Self::FastSyncRead { .. } | Self::Start | Self::Cycle => {
+                return None;
+            }
         };
         let frame = Frame {
             id,

@@ -32,7 +32,8 @@ impl<'a> Status<'a> {
         let is_plausible = frame.id < BROADCAST && frame.code < 0x80;
         is_plausible.then_some(Self {
             id: frame.id,
-            alarms: Alarms::from_bits(frame.code),
+            // Bit 7 has no meaning.
+            alarms: Alarms::from_bits(frame.code & 0x7F),
             parameters: frame.parameters,
         })
     }

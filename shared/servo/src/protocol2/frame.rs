@@ -1,6 +1,7 @@
 //! Header, length, stuffing and CRC of a packet, in both directions.
 
 use super::crc::checksum;
+use crate::protocol;
 use heapless::Vec;
 
 /// First bytes of a packet; an FD in the place of the last is a stuffed parameter instead.
@@ -10,16 +11,20 @@ pub const BROADCAST: u8 = 0xFE;
 /// Largest id of a servo: 253 is never used, since it is part of the header.
 pub const ID_MAX: u8 = 252;
 /// Bytes of header, id and length.
-const HEAD: usize = 7;
+pub(super) const HEAD: usize = 7;
 /// Bytes of the CRC.
 const CRC: usize = 2;
 /// Sequence after which a byte is stuffed, and that byte.
-const MARK: [u8; 3] = [0xFF, 0xFF, 0xFD];
+pub(super) const MARK: [u8; 3] = [0xFF, 0xFF, 0xFD];
 const STUFFING: u8 = 0xFD;
 /// Code of a status packet.
 pub const STATUS: u8 = 0x55;
 /// Bytes of the shortest packet.
 pub const OVERHEAD: usize = HEAD + 1 + CRC;
+
+/// Dynamixel Protocol 2.0.
+#[derive(Clone, Copy, Debug)]
+pub struct Protocol2;
 
 /// A packet without header, stuffing and CRC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,23 +35,6 @@ pub struct Frame<'a> {
     pub code: u8,
     /// Parameters; the first of a status packet is its error byte.
     pub parameters: &'a [u8],
-}
-
-/// Reason why received bytes are no packet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PacketError {
-    /// A wrong CRC.
-    Crc {
-        /// The id as received, which may be what is damaged.
-        id: u8,
-    },
-    /// A length that no packet has, or one that is longer than the parser's buffer.
-    Length,
-    /// FF FF FD without the byte that has to be stuffed behind it.
-    Stuffing {
-        /// The id.
-        id: u8,
-    },
 }
 
 impl Frame<'_> {
@@ -72,136 +60,57 @@ impl Frame<'_> {
     }
 }
 
-/// Parser of packets of up to `N` bytes in a stream, one byte at a time.
-///
-/// Bytes before a header are skipped. After a damaged packet the search goes on with the next
-/// byte, so that garbage costs one packet at most: the one that follows its last header.
-#[derive(Clone, Debug)]
-pub struct Parser<const N: usize> {
-    bytes: Vec<u8, N>,
-    /// The last byte has ended a packet, which is still here.
-    has_ended: bool,
-}
-
-impl<const N: usize> Default for Parser<N> {
-    fn default() -> Self {
-        Self::new()
+/// Removes the stuffing of a whole packet, and counts it out of its length. Whether all of it was
+/// there. A fast status packet has none.
+pub(super) fn unstuff<const N: usize>(packet: &mut Vec<u8, N>) -> bool {
+    if is_fast(packet) {
+        return true;
     }
-}
-
-impl<const N: usize> Parser<N> {
-    /// A parser before the first byte.
-    pub const fn new() -> Self {
-        Self {
-            bytes: Vec::new(),
-            has_ended: false,
-        }
-    }
-
-    /// Takes one byte; `Some` when it ends a packet, intact or not.
-    pub fn push(&mut self, byte: u8) -> Option<Result<Frame<'_>, PacketError>> {
-        if core::mem::take(&mut self.has_ended) {
-            self.bytes.clear();
-        }
-        let expected = HEADER.get(self.bytes.len()).copied();
-        // There is room: packets longer than N are refused.
-        let _ = self.bytes.push(byte);
-        if expected.is_some_and(|expected| expected != byte) {
-            self.keep_begun_header();
-            return None;
-        }
-        let &[_, _, _, _, _, low, high, ref body @ ..] = self.bytes.as_slice() else {
-            return None;
+    let end = packet.len().saturating_sub(CRC);
+    let mut kept = HEAD;
+    let mut before = [0; MARK.len()];
+    for place in HEAD..end {
+        let Some(&byte) = packet.get(place) else {
+            return false;
         };
-        let length = usize::from(u16::from_le_bytes([low, high]));
-        if length <= CRC || HEAD + length > N {
-            self.keep_begun_header();
-            return Some(Err(PacketError::Length));
+        let is_due = before == MARK;
+        before = [before[1], before[2], byte];
+        if is_due && byte != STUFFING {
+            return false;
         }
-        if body.len() < length {
-            return None;
-        }
-        self.has_ended = true;
-        Some(self.finish())
-    }
-
-    /// Bytes of the packet that has begun, or that ended with the last byte; those of a fast status
-    /// packet are as they were received.
-    pub fn bytes(&self) -> &[u8] {
-        &self.bytes
-    }
-
-    /// Number of bytes of a packet that has begun and not ended.
-    pub fn bytes_held(&self) -> usize {
-        if self.has_ended { 0 } else { self.bytes.len() }
-    }
-
-    /// Forgets a packet that has begun.
-    pub fn reset(&mut self) {
-        self.bytes.clear();
-        self.has_ended = false;
-    }
-
-    /// Checks the whole packet, and removes its stuffing.
-    fn finish(&mut self) -> Result<Frame<'_>, PacketError> {
-        let (body, crc) = self.bytes.split_at(self.bytes.len() - CRC);
-        let id = body.get(HEADER.len()).copied().unwrap_or_default();
-        let code = body.get(HEAD).copied().unwrap_or_default();
-        if *crc != checksum(body).to_le_bytes() {
-            return Err(PacketError::Crc { id });
-        }
-        let end = body.len();
-        let is_fast = id == BROADCAST && code == STATUS;
-        let end = if is_fast {
-            end
-        } else {
-            self.unstuff(end).ok_or(PacketError::Stuffing { id })?
-        };
-        let parameters = self.bytes.get(HEAD + 1..end).unwrap_or_default();
-        Ok(Frame {
-            id,
-            code,
-            parameters,
-        })
-    }
-
-    /// Removes the stuffing of the bytes from the instruction to `end`; returns their new end, or
-    /// `None` where some is missing.
-    fn unstuff(&mut self, end: usize) -> Option<usize> {
-        let mut kept = HEAD;
-        let mut before = [0; MARK.len()];
-        for place in HEAD..end {
-            let byte = *self.bytes.get(place)?;
-            let is_due = before == MARK;
-            before = [before[1], before[2], byte];
-            if is_due && byte == STUFFING {
-                continue;
-            }
-            if is_due {
-                return None;
-            }
-            *self.bytes.get_mut(kept)? = byte;
+        if let (false, Some(slot)) = (is_due, packet.get_mut(kept)) {
+            *slot = byte;
             kept += 1;
         }
-        (before != MARK).then_some(kept)
     }
-
-    /// Keeps the last bytes as far as they may be the beginning of a header.
-    fn keep_begun_header(&mut self) {
-        let begun = (1..HEADER.len()).rev();
-        let begun = begun.filter_map(|count| HEADER.get(..count));
-        let begun = begun.into_iter().find(|begun| self.bytes.ends_with(begun));
-        self.bytes.clear();
-        // Its bytes were there before.
-        let _ = self.bytes.extend_from_slice(begun.unwrap_or_default());
+    let removed = end.saturating_sub(kept);
+    if before == MARK {
+        return false;
     }
+    if removed > 0 {
+        packet.truncate(kept + CRC);
+        let length = (packet.len() - HEAD) as u16;
+        if let Some(bytes) = packet.get_mut(HEAD - 2..HEAD) {
+            bytes.copy_from_slice(&length.to_le_bytes());
+        }
+    }
+    true
 }
+
+/// Whether a packet is a fast status packet.
+pub(super) fn is_fast(packet: &[u8]) -> bool {
+    packet.get(HEADER.len()) == Some(&BROADCAST) && packet.get(HEAD) == Some(&STATUS)
+}
+
+/// Parser of packets of up to `N` bytes in a stream.
+pub type Parser<const N: usize> = protocol::Parser<Protocol2, N>;
 
 #[cfg(test)]
 mod tests {
     extern crate std;
 
     use super::*;
+    use crate::protocol::PacketError;
     use proptest::prelude::*;
     use std::vec::Vec as Bytes;
 
@@ -280,7 +189,7 @@ mod tests {
         bytes[11..].copy_from_slice(&crc.to_le_bytes());
         let mut parser = Parser::<32>::new();
         let found = bytes.map(|byte| parser.push(byte).map(|it| it.map(|_| ())));
-        assert_eq!(found[12], Some(Err(PacketError::Stuffing { id: 1 })));
+        assert_eq!(found[12], Some(Err(PacketError::Checksum { id: 1 })));
         assert_eq!(parser.bytes_held(), 0);
     }
 
@@ -290,7 +199,7 @@ mod tests {
         for byte in [0xFF, 0xFF, 0xFD, 0x00, 1, 2] {
             assert_eq!(parser.push(byte), None);
         }
-        assert_eq!(parser.push(0), Some(Err(PacketError::Length)));
+        assert_eq!(parser.push(0), Some(Err(PacketError::Header)));
         let ping = [0xFF, 0xFF, 0xFD, 0x00, 1, 3, 0, 1, 0x19, 0x4E];
         assert_eq!(parsed(&mut parser, &ping), Some((1, 1, Bytes::new())));
     }

@@ -54,7 +54,9 @@
 //! assert_eq!((model.name, model.counts_per_turn), ("XM430-W350", 4096));
 //! ```
 
+mod codec;
 pub mod crc;
+mod exchange;
 mod fast_status;
 pub mod frame;
 mod instruction;
@@ -62,7 +64,10 @@ pub mod model;
 pub mod register;
 mod status;
 
+pub use super::protocol::PacketError;
+pub(super) use codec::{position_parts, torque_off};
+pub use exchange::RETURN_DELAY_US;
 pub use fast_status::{FastStatus, Part, PartError};
-pub use frame::{BROADCAST, Frame, PacketError, Parser};
+pub use frame::{BROADCAST, Frame, Parser, Protocol2};
 pub use instruction::{BulkItem, Instruction, InstructionError};
 pub use status::{Status, StatusError};

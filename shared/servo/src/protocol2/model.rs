@@ -99,6 +99,9 @@ const fn current(a_per_count: f32, most_counts: u16, stall_nm: f32, stall_a: f32
     }
 }
 
+/// The model that a lab is likeliest to have, which the bench has where none is named.
+pub const XL430_W250: Model = model(1060, "XL430-W250", (11.1, 1.4, 72), None);
+
 /// The models, by number.
 pub const MODELS: [Model; 6] = [
     model(
@@ -113,7 +116,7 @@ pub const MODELS: [Model; 6] = [
         (12.0, 3.0, 80),
         Some(current(0.002_69, 1_193, 3.0, 2.3)),
     ),
-    model(1060, "XL430-W250", (11.1, 1.4, 72), None),
+    XL430_W250,
     model(
         1190,
         "XL330-M077",

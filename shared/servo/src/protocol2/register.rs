@@ -116,3 +116,33 @@ pub const PRESENT_TEMPERATURE: u16 = 146;
 pub const BACKUP_READY: u16 = 147;
 /// First of the indirect addresses, two bytes each; behind them are the indirect data.
 pub const INDIRECT_ADDRESS: u16 = 168;
+/// End of the registers that the bridge reads, exclusive.
+pub const END: u16 = PRESENT_TEMPERATURE + 1;
+
+/// Registers of several bytes: address of the first, their number, and the bytes of each.
+const WIDE: [(u16, u16, u16); 14] = [
+    (MODEL_NUMBER, 1, 2),
+    (2, 1, 4),
+    (HOMING_OFFSET, 2, 4),
+    (MAX_VOLTAGE_LIMIT, 4, 2),
+    (44, 3, 4),
+    (VELOCITY_I_GAIN, 2, 2),
+    (POSITION_D_GAIN, 3, 2),
+    (FEEDFORWARD_2ND_GAIN, 2, 2),
+    (GOAL_PWM, 2, 2),
+    (GOAL_VELOCITY, 4, 4),
+    (REALTIME_TICK, 1, 2),
+    (PRESENT_PWM, 2, 2),
+    (PRESENT_VELOCITY, 4, 4),
+    (PRESENT_VOLTAGE, 1, 2),
+];
+
+/// Address of the first byte of the register that has a byte at `address`.
+pub(super) fn start(address: u16) -> u16 {
+    let wide = WIDE
+        .iter()
+        .find(|(first, number, bytes)| (*first..*first + number * bytes).contains(&address));
+    wide.map_or(address, |(first, _, bytes)| {
+        address - (address - first) % (*bytes).max(1)
+    })
+}

@@ -11,7 +11,7 @@ use armbridge_servo::morpheus::{HEADER, MASTER, checksum};
 use armbridge_servo::port::SetBaud;
 use armbridge_servo::protocol1::Status;
 use armbridge_servo::protocol1::frame::{self, FRAME_MAX};
-use armbridge_servo::{Alarms, Firmware};
+use armbridge_servo::{Alarms, Firmware, protocol2};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal_nb::serial::{self, ErrorKind};
 
@@ -84,7 +84,11 @@ impl Line {
             let Sample::Counts(counts) = sample else {
                 continue;
             };
-            assert!(counts <= 1023, "{outcome:?}");
+            let most = match firmware {
+                Firmware::Morpheus | Firmware::Stock => 1023,
+                Firmware::XSeries => 4095,
+            };
+            assert!(counts <= most, "{outcome:?}");
             let [low, high] = counts.to_le_bytes();
             let reply_bytes = match (transaction, firmware) {
                 (Transaction::Ping { joint }, _) if joint + 1 != usize::from(id) => {
@@ -109,11 +113,20 @@ impl Line {
                     };
                     stock(id, *alarms, &[low, high])
                 }
+                (
+                    Transaction::Drive(_) | Transaction::HoldOff | Transaction::StopWedged { .. },
+                    Firmware::XSeries,
+                ) => {
+                    let is_found = self.has_read_part(id, &[low, high, 0, 0]);
+                    assert!(is_found, "{outcome:?} from {:02x?}", self.read);
+                    believed += 1;
+                    continue;
+                }
                 (Transaction::Start, _) | (Transaction::Ping { .. }, Firmware::Morpheus) => {
                     morpheus(id, &[1])
                 }
                 // With any contents beyond its alarms.
-                (Transaction::Ping { .. }, Firmware::Stock) => continue,
+                (Transaction::Ping { .. }, Firmware::Stock | Firmware::XSeries) => continue,
                 (Transaction::Stop | Transaction::BriefStop | Transaction::Request(_), _) => {
                     panic!("{outcome:?} was believed")
                 }
@@ -132,6 +145,12 @@ impl Line {
             let reply_bytes = match firmware {
                 Firmware::Morpheus => [&[id], data.as_slice()].concat(),
                 Firmware::Stock => stock(id, *alarms, data),
+                Firmware::XSeries => {
+                    let is_found =
+                        (0..=u8::MAX).any(|error| self.has_read(&x_series(id, error, data)));
+                    assert!(is_found, "{reply:?} from {:02x?}", self.read);
+                    return believed + 1;
+                }
             };
             assert!(
                 self.has_read(&reply_bytes),
@@ -141,6 +160,23 @@ impl Line {
             believed += 1;
         }
         believed
+    }
+
+    /// Whether a part of a fast status packet with these data was read, after whole ones.
+    fn has_read_part(&self, id: u8, data: &[u8]) -> bool {
+        const PART: usize = 8;
+        let is_part = |start: usize, index: usize| {
+            let begin = start + PART + index * PART;
+            let packet = self.read.get(start..begin + PART)?;
+            let (body, crc) = packet.split_at_checked(packet.len() - 2)?;
+            let is_head = packet.starts_with(&[0xFF, 0xFF, 0xFD, 0, 0xFE]) && packet[7] == 0x55;
+            let is_intact = crc == protocol2::crc::checksum(body).to_le_bytes();
+            let part = &packet[packet.len() - PART..packet.len() - 2];
+            Some(is_head && is_intact && part[1] == id && part[2..] == *data)
+        };
+        let starts = 0..self.read.len();
+        let mut places = starts.flat_map(|start| (0..2).map(move |index| (start, index)));
+        places.any(|(start, index)| is_part(start, index) == Some(true))
     }
 
     /// Alarms and data of every status packet of this servo that was read, wherever it may
@@ -254,4 +290,14 @@ impl OutputPin for Port {
         self.edit(|line| line.is_driven = true);
         Ok(())
     }
+}
+
+/// Status packet of an X servo.
+fn x_series(id: u8, error: u8, data: &[u8]) -> Vec<u8> {
+    let frame = protocol2::Frame {
+        id,
+        code: protocol2::frame::STATUS,
+        parameters: &[&[error], data].concat(),
+    };
+    frame.encode::<300>().expect("a short packet").to_vec()
 }

@@ -6,7 +6,7 @@ use armbridge_board::bridge::transparent_port::{
 use armbridge_board::sequencer::TimeBudget;
 use armbridge_servo::morpheus::{self, MASTER, ServoId};
 use armbridge_servo::protocol1::{self, BROADCAST, Frame, Instruction, Status, SyncBlocks};
-use armbridge_servo::{ClientRequest, Firmware};
+use armbridge_servo::{ClientRequest, Firmware, protocol2};
 
 const CONTROLLED: [u8; 2] = [1, 2];
 /// Positions that the loop has read: none of the second servo.
@@ -16,7 +16,9 @@ const BUDGETS_US: [u32; 2] = [300, 760];
 const BYTE_NS: u32 = 10_000;
 const LATENCY_US: u32 = 100;
 /// A whole table, in pieces of one byte.
-const PIECES_MAX: usize = 60;
+const PIECES_MAX: usize = 150;
+/// Bytes of an X servo's reply beside its data.
+const X_OVERHEAD: usize = 11;
 /// Where a stock servo's id is.
 const ID: u16 = 3;
 const LED: u16 = 25;
@@ -59,18 +61,27 @@ fn may_drive(request: &ClientRequest) {
     let (code, overhead) = match request.firmware {
         Firmware::Morpheus => (packet[4], morpheus::frame::OVERHEAD),
         Firmware::Stock => (packet[4], protocol1::frame::OVERHEAD),
+        Firmware::XSeries => (packet[7], X_OVERHEAD),
     };
     let expected = request.expected_reply();
     if !request.may_drive() {
         let is_chain = request.firmware == Firmware::Morpheus && matches!(code, 6 | 7);
-        assert!(matches!(code, 1 | READ) || is_chain, "{packet:02x?}");
+        let is_of_several = request.firmware == Firmware::XSeries && matches!(code, 0x82 | 0x8A);
+        assert!(
+            matches!(code, 1 | READ) || is_chain || is_of_several,
+            "{packet:02x?}"
+        );
         if code == READ && !request.is_broadcast() {
             let data = usize::from(expected.reply_bytes).saturating_sub(overhead);
-            let requested = usize::from(packet[6]).min(usize::from(u8::MAX) - overhead);
+            let requested = match request.firmware {
+                Firmware::XSeries => usize::from(u16::from_le_bytes([packet[10], packet[11]]))
+                    .min(usize::from(u16::MAX) - overhead),
+                _ => usize::from(packet[6]).min(usize::from(u8::MAX) - overhead),
+            };
             assert_eq!(data, requested, "{packet:02x?}");
         }
     }
-    assert!(expected.reply_bytes == 0 || expected.id == packet[2]);
+    assert!(expected.reply_bytes == 0 || expected.id == request.destination);
 }
 
 /// Completes a request with servos all of whose registers are 0 but the marker.
@@ -95,6 +106,7 @@ fn pursue(bus: Firmware, packet: &[u8], mut pending: PendingRequest, budget_us: 
         let overhead = match bus {
             Firmware::Morpheus => morpheus::frame::OVERHEAD,
             Firmware::Stock => protocol1::frame::OVERHEAD,
+            Firmware::XSeries => X_OVERHEAD,
         };
         let data = usize::from(query.reply_bytes).checked_sub(overhead);
         let mut data = data.map(|count| vec![0; count]);
@@ -107,7 +119,9 @@ fn pursue(bus: Firmware, packet: &[u8], mut pending: PendingRequest, budget_us: 
             Progress::More => {}
             Progress::Done(bytes) => {
                 // All that was asked for, however many pieces it took.
-                if let [_, _, _, _, READ, _, count, _] = packet {
+                if let ([_, _, _, _, READ, _, count, _], Firmware::Morpheus | Firmware::Stock) =
+                    (packet, bus)
+                {
                     assert_eq!(bytes.len(), usize::from(*count) + overhead);
                 }
                 answer(bus, packet, &bytes);
@@ -129,6 +143,17 @@ fn answer(bus: Firmware, packet: &[u8], bytes: &[u8]) {
             let frame = stock(bytes);
             let status = Status::decode(&frame).expect("a status packet");
             assert_eq!(status.id, packet[2], "{bytes:02x?}");
+        }
+        Firmware::XSeries => {
+            let mut parser = protocol2::Parser::<300>::new();
+            let (last, before) = bytes.split_last().expect("it is not empty");
+            assert!(before.iter().all(|byte| parser.push(*byte).is_none()));
+            let frame = parser
+                .push(*last)
+                .expect("its end")
+                .expect("an intact packet");
+            let status = protocol2::Status::decode(&frame).expect("a status packet");
+            assert_eq!(status.id, packet[4], "{bytes:02x?}");
         }
         Firmware::Morpheus => {
             let mut parser = morpheus::frame::Parser::<130>::new();
@@ -153,6 +178,7 @@ fn harms_nobody(bus: Firmware, query: &BusQuery) {
     let is_harmless = match bus {
         Firmware::Stock => stock_is_harmless(&query.packet),
         Firmware::Morpheus => morpheus_is_harmless(&query.packet),
+        Firmware::XSeries => x_is_harmless(&query.packet),
     };
     assert!(is_harmless, "{query:02x?}");
 }
@@ -185,10 +211,47 @@ fn stock_is_harmless(packet: &[u8]) -> bool {
         } => {
             SyncBlocks::new(count, blocks).all(|(id, data)| is_free(id) && keeps_ids(address, data))
         }
-        Instruction::Action
+        Instruction::SyncRead { .. }
+        | Instruction::FastSyncRead { .. }
+        | Instruction::Action
         | Instruction::FactoryReset
         | Instruction::Start
         | Instruction::Cycle => false,
+    }
+}
+
+fn x_is_harmless(packet: &[u8]) -> bool {
+    use protocol2::Instruction;
+    let mut parser = protocol2::Parser::<300>::new();
+    let (last, before) = packet.split_last().expect("a packet has bytes");
+    assert!(before.iter().all(|byte| parser.push(*byte).is_none()));
+    let Some(Ok(frame)) = parser.push(*last) else {
+        return false;
+    };
+    // Id and secondary id.
+    let keeps_ids = |address: u16, data: &[u8]| {
+        (address..)
+            .zip(data)
+            .all(|(at, byte)| !matches!(at, 7 | 12) || is_free(*byte))
+    };
+    match Instruction::decode(&frame).expect("an instruction") {
+        Instruction::Ping
+        | Instruction::Read { .. }
+        | Instruction::Write {
+            address: 65,
+            data: [_],
+        } => frame.id < BROADCAST,
+        Instruction::Write { address, data } | Instruction::RegWrite { address, data } => {
+            is_free(frame.id) && keeps_ids(address, data)
+        }
+        Instruction::SyncWrite {
+            address,
+            count,
+            blocks,
+        } => {
+            SyncBlocks::new(count, blocks).all(|(id, data)| is_free(id) && keeps_ids(address, data))
+        }
+        _ => false,
     }
 }
 

@@ -14,7 +14,7 @@ const GRIP_N_M: Range = Range::reals(0.0, 10_000.0);
 const GRIP_N_S_M: Range = Range::reals(0.0, 100.0);
 /// Largest torque of a push in N m.
 const PUSH_NM: Range = Range::reals(-10.0, 10.0);
-const FIRMWARE: &[&str] = &["morpheus", "stock"];
+const FIRMWARE: &[&str] = &["morpheus", "stock", "x"];
 
 /// The keys.
 pub(super) const KEYS: KeyTable = KeyTable {

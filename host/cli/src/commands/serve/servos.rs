@@ -28,8 +28,9 @@ pub(crate) struct ServosArgs {
     pub(crate) listen: LinkUri,
     #[command(flatten)]
     pub(crate) expose: ExposeArgs,
-    /// Firmware of the servos, morpheus or stock: one for all, or one for each. Stock servos
-    /// speak Dynamixel Protocol 1.0, as the vendor's SDK does; Morpheus ones do not.
+    /// Firmware of the servos, morpheus, stock or x: one for all, or one for each. Stock
+    /// servos speak Dynamixel Protocol 1.0 and those of the X series Protocol 2.0, as the
+    /// vendor's SDK does; Morpheus ones do not.
     #[arg(
         long,
         value_name = "NAME[,NAME]",
@@ -152,6 +153,9 @@ fn in_words(kinds: &[ServoKind]) -> String {
 
 /// Protocol of servos with these firmwares, and how to get the other.
 fn protocol(firmware: &[Firmware]) -> &'static str {
+    if firmware.contains(&Firmware::XSeries) {
+        return "those of the X series speak Dynamixel Protocol 2.0, as the vendor's SDK does";
+    }
     match (
         firmware.contains(&Firmware::Morpheus),
         firmware.contains(&Firmware::Stock),
@@ -266,7 +270,7 @@ mod tests {
     #[test]
     fn mistakes_are_named() {
         for (args, word) in [
-            (["--firmware", "xl430"].as_slice(), "morpheus or stock"),
+            (["--firmware", "xl430"].as_slice(), "morpheus, stock or x"),
             (&["--ids", "1,254"], "0..=253"),
             (&["--ids", "0"], "1 to 253"),
             (&["--ids", "1,2,1"], "id 1 is given to two"),

@@ -114,7 +114,7 @@ fn heat(model: &Model) -> Line<'static> {
         .temperature
         .map(|value| value.map_or_else(|| "–".to_owned(), |value| value.to_string()));
     let unit = match model.board.servos.map(|servos| servos.firmware) {
-        Some(Firmware::Stock) => "°C",
+        Some(Firmware::Stock | Firmware::XSeries) => "°C",
         Some(Firmware::Morpheus) => "counts",
         None => "",
     };

@@ -1,7 +1,8 @@
 //! Model of the arm, and calibration of its servos.
 
-use armbridge_control::actuator::{Direction, MIDDLE_COUNT, bounds};
+use armbridge_control::actuator::{Direction, bounds};
 use armbridge_control::arm::Mounting;
+use armbridge_control::encoder::Encoder;
 
 use super::{Parameter, Range, access, choice, number};
 
@@ -67,10 +68,15 @@ pub(super) const MOUNTING: [Parameter; 1] = [choice(
     },
 )];
 
-/// Least and largest encoder count at joint angle 0.
+/// Least and largest encoder count at joint angle 0, of an AX-12A and of the X series.
 const ZERO: [f64; 2] = [
-    MIDDLE_COUNT as f64 - bounds::ZERO_OFF_COUNTS,
-    MIDDLE_COUNT as f64 + bounds::ZERO_OFF_COUNTS,
+    Encoder::Ax12a.middle_count() as f64 - Encoder::Ax12a.zero_off_counts(),
+    Encoder::XSeries.middle_count() as f64 + Encoder::XSeries.zero_off_counts(),
+];
+/// Least and largest angle of a count in rad, the same way.
+const RAD_PER_COUNT: [f64; 2] = [
+    Encoder::XSeries.rad_per_count()[0],
+    Encoder::Ax12a.rad_per_count()[1],
 ];
 
 /// One servo's calibration.
@@ -88,7 +94,7 @@ macro_rules! joint {
                 concat!($name, ".rad_per_count"),
                 "rad",
                 "Angle of one encoder count.",
-                Range::reals(bounds::RAD_PER_COUNT[0], bounds::RAD_PER_COUNT[1]),
+                Range::reals(RAD_PER_COUNT[0], RAD_PER_COUNT[1]),
                 |s| access::one(&mut s.setup.joints[$joint].rad_per_count),
             ),
             choice(

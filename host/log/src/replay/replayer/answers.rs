@@ -131,6 +131,7 @@ const fn is_by_loop(refusal: Refusal) -> bool {
         | Refusal::Unprepared
         | Refusal::Passthrough
         | Refusal::TooFast { .. }
+        | Refusal::OtherEncoder { .. }
         | Refusal::Busy => false,
     }
 }

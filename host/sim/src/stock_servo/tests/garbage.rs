@@ -88,7 +88,7 @@ fn stock(wire: &Wire) -> &Ax12a {
     wire.servos().first().and_then(Device::stock).unwrap()
 }
 
-fn settings(servo: &Ax12a) -> Vec<Option<u16>> {
+fn settings(servo: &Ax12a) -> Vec<Option<u32>> {
     let writable = AX12A
         .registers
         .iter()

@@ -32,13 +32,13 @@ fn wheel_mode_is_a_duty_on_the_joint() {
         let before = rig.register(1, "present_position");
         rig.wait(200_000);
         assert_eq!(rig.bench.applied_pwm(1), counts);
-        assert_eq!(rig.register(1, "present_load"), speed);
+        assert_eq!(rig.register(1, "present_load"), u32::from(speed));
         let [_, angle] = rig.angles();
         assert!(angle * sign > 0.1, "{angle} rad");
         let moved = f64::from(rig.register(1, "present_position")) - f64::from(before);
         assert!(moved * sign > 20.0, "{moved} counts");
         let shown = rig.register(1, "present_speed");
-        assert_eq!(shown & CLOCKWISE != 0, sign < 0.0, "{shown}");
+        assert_eq!(shown & u32::from(CLOCKWISE) != 0, sign < 0.0, "{shown}");
         // Stopped by 0 of either direction, and by torque off.
         rig.set_word(2, at::MOVING_SPEED, speed & CLOCKWISE);
         rig.wait(2_000);

@@ -108,6 +108,9 @@ impl Core {
         if !bus.is_prepared {
             return Err(Refusal::Unprepared);
         }
+        if let Some(joint) = self.config.joint_of_other(bus.encoder) {
+            return Err(Refusal::OtherEncoder { joint });
+        }
         let least_us = bus.least_period_us;
         if self.config.period_us().get() < least_us {
             return Err(Refusal::TooFast { least_us });

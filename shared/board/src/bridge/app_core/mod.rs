@@ -40,6 +40,7 @@ mod tick;
 use crate::checkpoints::Checkpoints;
 use crate::supervisor::{Action, Event, State, Supervisor};
 use crate::tick::{ControlLoop, LoopConfig};
+use armbridge_control::encoder::Encoder;
 use armbridge_link::experiment::Conclusion;
 use armbridge_link::message::{Drive, Fault, Missing, Mode, Moment, Refusal, Sample, Trip};
 use armbridge_link::record::{Permission, Violation};
@@ -66,6 +67,8 @@ pub(crate) enum BusAction {
 /// State of the bus, on which arming depends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BusFacts {
+    /// Encoder of the servos that were found.
+    pub(crate) encoder: Encoder,
     /// Whether the servos take torque.
     pub(crate) is_prepared: bool,
     /// Shortest period in µs that the bus allows.

@@ -4,7 +4,7 @@
 //! ```text
 //! FF FF ID LEN ..          Protocol 1.0   LEN 2..=255    LEN + 4 bytes    Packet
 //! AA LEN ..                Morpheus       LEN 3..=200    LEN + 3 bytes    Packet
-//! FF FF FD 00 ID LEN LEN   Protocol 2.0   to 260 bytes   LEN + 7 bytes    Raw
+//! FF FF FD 00 ID LEN LEN   Protocol 2.0   to 260 bytes   LEN + 7 bytes    Packet
 //! anything else            up to the next of these, or 2 ms of silence    Raw
 //! ```
 //!
@@ -12,8 +12,7 @@
 //! servo may answer it with an alarm. A Morpheus packet that is longer than a
 //! servo tolerates (LEN of 128 or more) is a packet too, so that it can be refused
 //! as a whole; above 200 the firmware itself searches for the next header.
-//! Protocol 2.0 is recognised by its length of 0 in Protocol 1.0's place. No
-//! servo here uses it, but programs that search for servos do.
+//! Protocol 2.0 is recognised by its length of 0 in Protocol 1.0's place.
 //!
 //! After 100 ms without a byte, half a packet is dropped, as a stock servo
 //! drops it. A Morpheus servo would wait for the rest for ever. A run of more
@@ -36,11 +35,6 @@ const RAW_QUIET_US: u64 = 2_000;
 
 /// Capacity in bytes: the longest Protocol 1.0 packet has 259.
 const CAPACITY: usize = 260;
-
-/// Third byte of a Protocol 2.0 packet; an id in Protocol 1.0.
-const PROTOCOL2: u8 = 0xFD;
-/// Instruction and two bytes of checksum.
-const PROTOCOL2_LENGTH_MIN: usize = 3;
 
 /// Kind of the frame that [`Framer::bytes`] hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -192,25 +186,17 @@ fn classify(bytes: &[u8]) -> PrefixClass {
     let mut is_incomplete = false;
     for firmware in Firmware::ALL {
         match firmware.extent(bytes) {
-            Extent::Whole(length) => {
+            Extent::Whole(length) if length <= CAPACITY => {
                 return PrefixClass::Whole(FrameKind::Packet(firmware), length);
             }
             Extent::Incomplete => is_incomplete = true,
-            Extent::NoHeader | Extent::BadLength => {}
+            Extent::Whole(_) | Extent::NoHeader | Extent::BadLength => {}
         }
     }
-    match *bytes {
-        _ if is_incomplete => PrefixClass::Incomplete,
-        [STOCK, STOCK, PROTOCOL2, 0, _, low, high, ..] => {
-            let length = usize::from(u16::from_le_bytes([low, high]));
-            if (PROTOCOL2_LENGTH_MIN..=CAPACITY - 7).contains(&length) {
-                PrefixClass::Whole(FrameKind::Raw, length + 7)
-            } else {
-                PrefixClass::Raw
-            }
-        }
-        [STOCK, STOCK, PROTOCOL2, 0, ..] => PrefixClass::Incomplete,
-        _ => PrefixClass::Raw,
+    if is_incomplete {
+        PrefixClass::Incomplete
+    } else {
+        PrefixClass::Raw
     }
 }
 

@@ -6,7 +6,7 @@
 //! the bus unchanged: a harmless one becomes a
 //! [`PendingRequest`](super::PendingRequest), whose queries are made here.
 //!
-//! On a stock bus:
+//! On a bus of stock or X servos:
 //!
 //! | packet                               | verdict                            |
 //! |--------------------------------------|------------------------------------|
@@ -14,6 +14,7 @@
 //! | WRITE of `led` alone                 | queried                            |
 //! | WRITE, `REG_WRITE` to another servo  | queried, unless it takes an id that is under control |
 //! | `SYNC_WRITE` to other servos only    | queried, on the same condition     |
+//! | reads of several servos at once      | refused in silence                 |
 //! | ACTION, `FACTORY_RESET`, any other   | refused: instruction alarm         |
 //! | any other to all servos              | refused in silence                 |
 //! | damaged                              | answered: checksum alarm           |
@@ -39,8 +40,8 @@
 //!
 //! [`safe_read`]: armbridge_servo::morpheus::safe_read
 
+mod dynamixel;
 mod morpheus;
-mod stock;
 mod verdict;
 
 pub use verdict::Verdict;
@@ -60,7 +61,8 @@ pub fn decide(
     }
     let responder = Responder::for_request(request);
     match bus {
-        Firmware::Stock => stock::decide(responder, controlled, request),
+        Firmware::Stock => dynamixel::decide(responder, &dynamixel::AX12A, controlled, request),
+        Firmware::XSeries => dynamixel::decide(responder, &dynamixel::X, controlled, request),
         Firmware::Morpheus => morpheus::decide(responder, controlled, samples, request),
     }
 }

@@ -1,12 +1,12 @@
 //! Replies to the client, in the name of the servo that it addressed.
 
-use armbridge_servo::protocol::{Protocol, Reply};
-use armbridge_servo::protocol1::Protocol1;
+use armbridge_servo::protocol::Reply;
 use armbridge_servo::{Alarms, ClientRequest, Firmware};
 use heapless::Vec;
 
-/// Bytes of the longest packet to client or bus: a stock servo's whole table.
-pub const BYTES_MAX: usize = Protocol1::OVERHEAD + Protocol1::MEMORY_BYTES as usize;
+/// Bytes of the longest packet to client or bus: a stock servo's whole table has 56, 40 bytes of
+/// an X servo's with all the stuffing that they can have 64.
+pub const BYTES_MAX: usize = 64;
 
 /// A packet for the client or for the bus. Empty for no answer.
 pub type Bytes = Vec<u8, BYTES_MAX>;

@@ -2,7 +2,7 @@
 //! about its middle, and their distance from the estimator's prediction.
 
 use super::debounce::Debounce;
-use armbridge_control::actuator::{COUNTS_FROM_MIDDLE, Joint, MIDDLE_COUNT};
+use armbridge_control::encoder::Encoder;
 use armbridge_link::fault::Fault;
 use armbridge_link::limits::{Limits, hard};
 use armbridge_link::record::Violation;
@@ -29,12 +29,13 @@ impl Innovation {
     /// whatever the calibration.
     pub(super) fn check_range(
         &mut self,
+        encoder: Encoder,
         limits: &Limits,
         joint: u8,
         counts: u16,
     ) -> Result<(), Violation> {
         let low = limits.dead_zone_counts;
-        let high = hard::COUNTS.saturating_sub(limits.dead_zone_counts);
+        let high = encoder.counts_max().saturating_sub(limits.dead_zone_counts);
         let is_in_gap = !(low..=high).contains(&counts);
         if self.in_gap.count(is_in_gap, GAP_SAMPLES) {
             return Err(Violation {
@@ -44,14 +45,13 @@ impl Innovation {
                 limit: if counts < low { low } else { high }.into(),
             });
         }
-        let off_middle = counts.abs_diff(MIDDLE_COUNT);
-        let is_off_middle = off_middle > COUNTS_FROM_MIDDLE;
+        let off_middle = counts.abs_diff(encoder.middle_count());
+        let is_off_middle = off_middle > encoder.counts_from_middle();
         if self.off_middle.count(is_off_middle, GAP_SAMPLES) {
-            let nominal = Joint::<f32>::paper();
             return Err(Violation {
                 fault: Fault::AngleLimit,
                 joint: Some(joint),
-                value: f32::from(off_middle) * nominal.rad_per_count,
+                value: f32::from(off_middle) * encoder.nominal_rad_per_count() as f32,
                 limit: hard::ANGLE_RAD,
             });
         }
@@ -89,9 +89,14 @@ mod tests {
         for at_end in [7, 1_016, 1_023] {
             let (limits, mut samples) = (Limits::default(), Innovation::default());
             for counts in [at_end, 512, at_end, 512, 512, at_end] {
-                assert_eq!(samples.check_range(&limits, 0, counts), Ok(()));
+                assert_eq!(
+                    samples.check_range(Encoder::Ax12a, &limits, 0, counts),
+                    Ok(())
+                );
             }
-            let violation = samples.check_range(&limits, 0, at_end).unwrap_err();
+            let violation = samples
+                .check_range(Encoder::Ax12a, &limits, 0, at_end)
+                .unwrap_err();
             assert_eq!(violation.fault, Fault::DeadZone);
             assert!((violation.value - f32::from(at_end)).abs() < 0.5);
         }
@@ -102,9 +107,14 @@ mod tests {
         for (beyond, inside) in [(217, 218), (807, 806)] {
             let (limits, mut samples) = (Limits::default(), Innovation::default());
             for counts in [beyond, inside, inside, beyond, inside, beyond] {
-                assert_eq!(samples.check_range(&limits, 0, counts), Ok(()));
+                assert_eq!(
+                    samples.check_range(Encoder::Ax12a, &limits, 0, counts),
+                    Ok(())
+                );
             }
-            let violation = samples.check_range(&limits, 0, beyond).unwrap_err();
+            let violation = samples
+                .check_range(Encoder::Ax12a, &limits, 0, beyond)
+                .unwrap_err();
             assert_eq!(violation.fault, Fault::AngleLimit);
             assert!((1.505..1.51).contains(&violation.value), "{violation:?}");
         }

@@ -47,6 +47,7 @@ mod torque;
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::{Parameters, State};
 use armbridge_control::check_word::checked;
+use armbridge_control::encoder::Encoder;
 use armbridge_link::fault::Fault;
 use armbridge_link::limits::Limits;
 use armbridge_servo::JOINTS;
@@ -75,6 +76,8 @@ const ALARM_SAMPLES: u32 = 2;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MonitorConfig {
     limits: Limits,
+    /// Encoders of the servos.
+    encoders: [Encoder; JOINTS],
     /// Angle limits in rad: those of the host, within the reach of the servos.
     angle_rad: [f32; JOINTS],
     dropout: DropoutConfig,
@@ -88,6 +91,7 @@ pub(super) struct MonitorConfig {
 
 checked!(MonitorConfig {
     limits,
+    encoders,
     angle_rad,
     dropout,
     fast_ticks,
@@ -131,6 +135,10 @@ impl MonitorConfig {
         let angle_rad = core::array::from_fn(|joint| limits.angle_rad[joint].min(reach_rad[joint]));
         Self {
             limits,
+            // A calibration that is valid is of an encoder.
+            encoders: joints
+                .each_ref()
+                .map(|joint| joint.encoder().unwrap_or(Encoder::Ax12a)),
             angle_rad,
             dropout: DropoutConfig::new(&limits, period_us),
             fast_ticks: motion::fast_ticks(period_us),
@@ -247,7 +255,8 @@ impl Monitors {
                     });
                 }
                 if !is_lowered {
-                    joint.innovation.check_range(limits, id, counts)?;
+                    let encoder = config.encoders[i];
+                    joint.innovation.check_range(encoder, limits, id, counts)?;
                 }
                 if joint.proof.is_repeated(counts) {
                     let held = input.held(limits, i);

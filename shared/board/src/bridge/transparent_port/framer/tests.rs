@@ -74,6 +74,9 @@ fn is_whole(kind: FrameKind, bytes: &[u8]) -> bool {
         (FrameKind::Packet(Firmware::Morpheus), [0xAA, length, ..]) => {
             bytes.len() == usize::from(*length) + 3
         }
+        (FrameKind::Packet(Firmware::XSeries), [0xFF, 0xFF, 0xFD, 0, _, low, high, ..]) => {
+            bytes.len() == usize::from(u16::from_le_bytes([*low, *high])) + 7
+        }
         (FrameKind::Packet(_), _) => false,
         (FrameKind::Raw, _) => true,
     }
@@ -201,13 +204,14 @@ fn a_flush_is_raw_and_in_one_piece() {
 }
 
 #[test]
-fn what_no_servo_here_speaks_is_raw_and_in_one_piece() {
-    // PING of Protocol 2.0, from its documentation.
+fn packets_of_protocol_2_are_found_and_text_is_raw() {
+    // PING, from its documentation.
     let ping2 = [0xFF, 0xFF, 0xFD, 0, 1, 3, 0, 1, 0x19, 0x4E];
     let mut framer = Framer::new();
     let mut now_us = 0;
     let found = push_all(&mut framer, &ping2, &mut now_us);
-    assert_eq!(found, [(FrameKind::Raw, ping2.to_vec())]);
+    let ping = (FrameKind::Packet(Firmware::XSeries), ping2.to_vec());
+    assert_eq!(found, [ping]);
     // Text is handed out when it pauses.
     assert_eq!(push_all(&mut framer, b"AT+GMR\r\n", &mut now_us), []);
     assert_eq!(framer.expire(now_us + RAW_QUIET_US - 1), None);

@@ -111,7 +111,7 @@ fn a_stock_client_is_told_in_its_servos_words() {
     }
     // Longer than any tick has time for.
     assert_eq!(asked(5, 3, &[0x18; 50]), Some(6));
-    assert_eq!(verdict(&stock(5, 3, &[0x18; 51])), refusal(5));
+    assert_eq!(verdict(&stock(5, 3, &[0x18; 59])), refusal(5));
     // The other protocol, and what is no whole packet.
     assert_eq!(verdict(&morpheus(4, CLIENT, &[1])), silence);
     assert_eq!(verdict(&[0xFF, 0xFF, 4, 3, 1, 0xF7]), silence);

@@ -9,8 +9,15 @@ use armbridge_servo::{Firmware, Query};
 /// One query on the bus.
 pub type BusQuery = Query<BYTES_MAX>;
 
-/// Bytes of a READ, in both protocols.
-const QUERY_BYTES: usize = 8;
+/// Bytes of the longest reply with so many bytes of data.
+fn reply_bytes(firmware: Firmware, count: u16) -> usize {
+    let count = usize::from(count);
+    let stuffing = match firmware {
+        Firmware::Morpheus | Firmware::Stock => 0,
+        Firmware::XSeries => count / 3,
+    };
+    firmware.reply_overhead() + count + stuffing
+}
 
 /// A read of some registers, and its progress.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -31,7 +38,7 @@ pub(in crate::bridge::transparent_port) struct RegisterRead {
 
 impl RegisterRead {
     /// A read that has the position only. `None` if the table
-    /// lacks a register, if it is of no bytes, or if it needs a position that
+    /// lacks a register, if it is of no bytes or of more than a reply may have, or if it needs a position that
     /// is not known.
     pub(in crate::bridge::transparent_port) fn new(
         responder: Responder,
@@ -52,7 +59,9 @@ impl RegisterRead {
         let needs_position = (address..end).any(|at| read.is_unreadable(at));
         let is_known = position.is_some() || !needs_position;
         read.insert_position();
-        (count > 0 && end <= responder.firmware.memory_bytes() && is_known).then_some(read)
+        let is_short = reply_bytes(responder.firmware, count) <= BYTES_MAX;
+        let is_in_table = count > 0 && end <= responder.firmware.memory_bytes();
+        (is_short && is_in_table && is_known).then_some(read)
     }
 
     /// Address of the first byte that is still missing.
@@ -95,7 +104,7 @@ impl RegisterRead {
             _ => self.end,
         };
         let overhead = self.firmware.reply_overhead() + usize::from(self.firmware.lead_bytes(at));
-        let room = room.saturating_sub(QUERY_BYTES + overhead);
+        let room = room.saturating_sub(self.firmware.read_bytes() + overhead);
         let remaining = end.saturating_sub(at);
         let piece = remaining.min(u16::try_from(room).unwrap_or(u16::MAX));
         if piece == remaining {

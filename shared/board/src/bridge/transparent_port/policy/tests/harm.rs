@@ -81,7 +81,9 @@ fn stock_is_harmless(bytes: &[u8]) -> bool {
             blocks,
         } => SyncBlocks::new(count, blocks)
             .all(|(id, data)| is_free(id) && spares_ids(address, data)),
-        Instruction::Action
+        Instruction::SyncRead { .. }
+        | Instruction::FastSyncRead { .. }
+        | Instruction::Action
         | Instruction::FactoryReset
         | Instruction::Start
         | Instruction::Cycle => false,

@@ -1,14 +1,37 @@
-//! Packets for stock servos.
+//! Packets for stock servos and those of the X series.
 
 use super::verdict::{Verdict, is_controlled};
 use crate::bridge::transparent_port::request::{BusQuery, PendingRequest, RegisterRead};
-use crate::bridge::transparent_port::response::Responder;
-use armbridge_servo::protocol1::{BROADCAST, register};
-use armbridge_servo::{Alarms, ClientRequest, Instruction, JOINTS, ServoId, SyncBlocks};
+use crate::bridge::transparent_port::response::{Bytes, Responder};
+use armbridge_servo::protocol1::BROADCAST;
+use armbridge_servo::{
+    Alarms, ClientRequest, Instruction, JOINTS, ServoId, SyncBlocks, protocol1, protocol2,
+};
 
-/// Decides on a packet for stock servos.
+/// Registers on which a verdict depends.
+pub(super) struct Registers {
+    /// Ids to which the servo answers or listens.
+    ids: [u16; 2],
+    /// The only register that does not affect the control loop.
+    led: u16,
+}
+
+/// Those of a stock servo.
+pub(super) const AX12A: Registers = Registers {
+    ids: [protocol1::register::ID; 2],
+    led: protocol1::register::LED,
+};
+
+/// Those of an X servo.
+pub(super) const X: Registers = Registers {
+    ids: [protocol2::register::ID, protocol2::register::SHADOW_ID],
+    led: protocol2::register::LED,
+};
+
+/// Decides on a packet.
 pub(super) fn decide(
     responder: Responder,
+    registers: &Registers,
     controlled: [ServoId; JOINTS],
     request: &ClientRequest,
 ) -> Verdict {
@@ -23,10 +46,10 @@ pub(super) fn decide(
                 |read| Verdict::Query(PendingRequest::read(responder, read)),
             )
         }
-        Ok(instruction) if is_harmless(controlled, id, instruction) => {
+        Ok(instruction) if is_harmless(registers, controlled, id, instruction) => {
             // Refused if it is too long for any slot.
-            instruction.encode(id).map_or_else(
-                || Verdict::Refuse(responder.refusal()),
+            Bytes::from_slice(request.bytes).map_or_else(
+                |_| Verdict::Refuse(responder.refusal()),
                 |packet| {
                     // Answered with an error byte only; a broadcast is not answered.
                     let reply_bytes = request.expected_reply().reply_bytes;
@@ -46,22 +69,24 @@ pub(super) fn decide(
 }
 
 /// Whether an instruction affects no servo under control.
-fn is_harmless(controlled: [ServoId; JOINTS], id: u8, instruction: Instruction) -> bool {
+fn is_harmless(
+    registers: &Registers,
+    controlled: [ServoId; JOINTS],
+    id: u8,
+    instruction: Instruction,
+) -> bool {
     let is_free = |id: u8| id < BROADCAST && !is_controlled(controlled, id);
     // A servo that takes the id of one under control would answer in its place.
     let keeps_clear = |address: u16, data: &[u8]| {
-        register::ID
-            .checked_sub(address)
-            .and_then(|offset| data.get(usize::from(offset)))
-            .is_none_or(|new_id| is_free(*new_id))
+        registers.ids.iter().all(|id| {
+            id.checked_sub(address)
+                .and_then(|offset| data.get(usize::from(offset)))
+                .is_none_or(|new_id| is_free(*new_id))
+        })
     };
     match instruction {
-        Instruction::Ping
-        // The only register that does not affect the control loop.
-        | Instruction::Write {
-            address: register::LED,
-            data: [_],
-        } => id < BROADCAST,
+        Instruction::Ping => id < BROADCAST,
+        Instruction::Write { address, data: [_] } if address == registers.led => id < BROADCAST,
         Instruction::Write { address, data } | Instruction::RegWrite { address, data } => {
             is_free(id) && keeps_clear(address, data)
         }
@@ -75,6 +100,8 @@ fn is_harmless(controlled: [ServoId; JOINTS], id: u8, instruction: Instruction) 
                     .all(|(id, data)| is_free(id) && keeps_clear(address, data))
         }
         Instruction::Read { .. }
+        | Instruction::SyncRead { .. }
+        | Instruction::FastSyncRead { .. }
         | Instruction::Action
         | Instruction::FactoryReset
         | Instruction::Start

@@ -1,0 +1,283 @@
+//! [`Protocol`] of Dynamixel Protocol 2.0 on servos of the X series.
+
+use super::crc::checksum;
+use super::frame::{
+    BROADCAST, Frame, HEAD, HEADER, ID_MAX, MARK, OVERHEAD, Protocol2, STATUS, is_fast, unstuff,
+};
+use super::status::Status;
+use super::{
+    FastStatus, Instruction as Instruction2, InstructionError, Part, PartError, StatusError,
+    register,
+};
+use crate::protocol::{Extent, Protocol, Reply};
+use crate::{Alarms, DecodeError, Firmware, Instruction, JOINTS, Packet, Query, ServoId};
+use heapless::Vec;
+
+/// Bytes of a status packet beside its data: with the error byte.
+const STATUS_OVERHEAD: usize = OVERHEAD + 1;
+/// Bytes of a present position.
+pub(super) const POSITION_BYTES: u16 = 4;
+/// Counts of a turn.
+const TURN: i32 = 4_096;
+
+/// Longest return delay, 254 times 2 µs, and 300 µs of processing time, of which the e-Manual
+/// says nothing.
+pub(super) const LATENCY_US: u32 = 508 + 300;
+
+impl Protocol for Protocol2 {
+    type Frame<'a> = Frame<'a>;
+
+    const FIRMWARE: Firmware = Firmware::XSeries;
+    /// Two of its four: the others are not the same.
+    const HEADER: &'static [u8] = &[0xFF; 2];
+    const DESTINATION: usize = 4;
+    const READ_BYTES: usize = 14;
+    const OVERHEAD: usize = STATUS_OVERHEAD;
+    const FRAME_MAX: usize = crate::bus::SEND_MAX;
+    const PONG_BYTES: u16 = STATUS_OVERHEAD as u16 + 3;
+    const TICK_REPLY_MAX: usize = FastStatus::packet_bytes(JOINTS, POSITION_BYTES as usize);
+    const BROADCAST: u8 = BROADCAST;
+    const MASTER: Option<u8> = None;
+    const MEMORY_BYTES: u16 = register::END;
+    const TEMPERATURE: (u16, u16) = (register::PRESENT_TEMPERATURE, 1);
+    /// That of the watchdog.
+    const RESET_MARK: Option<u16> = Some(register::BUS_WATCHDOG);
+    const UNREADABLE: Option<u16> = None;
+    const REFUSAL: &'static [u8] = &[];
+
+    fn extent(bytes: &[u8]) -> Extent {
+        match *bytes {
+            [0xFF, 0xFF, 0xFD, 0, _, low, high, ..] => {
+                match usize::from(u16::from_le_bytes([low, high])) {
+                    ..3 => Extent::BadLength,
+                    length => Extent::Whole(HEAD + length),
+                }
+            }
+            _ if bytes.len() < HEADER.len() && HEADER.starts_with(bytes) => Extent::Incomplete,
+            _ if bytes.starts_with(&HEADER) => Extent::Incomplete,
+            _ => Extent::NoHeader,
+        }
+    }
+
+    fn frame(packet: &[u8]) -> Option<Frame<'_>> {
+        let &[_, _, _, _, id, low, high, code, ref parameters @ .., _, _] = packet else {
+            return None;
+        };
+        let length = usize::from(u16::from_le_bytes([low, high]));
+        (length == parameters.len() + 3).then_some(Frame {
+            id,
+            code,
+            parameters,
+        })
+    }
+
+    fn is_intact(packet: &[u8]) -> bool {
+        matches!(packet, [body @ .., low, high] if checksum(body) == u16::from_le_bytes([*low, *high]))
+    }
+
+    fn is_stuffed(packet: &[u8]) -> bool {
+        let body = packet.get(HEAD..).unwrap_or_default();
+        !is_fast(packet) && body.windows(MARK.len()).any(|three| *three == MARK)
+    }
+
+    fn unstuff<const N: usize>(packet: &mut Vec<u8, N>) -> bool {
+        unstuff(packet)
+    }
+
+    fn addresses(frame: &Frame) -> (u8, u8) {
+        (frame.id, frame.id)
+    }
+
+    fn is_master(_source: u8) -> bool {
+        true
+    }
+
+    fn instruction<'a>(frame: &Self::Frame<'a>) -> Result<Instruction<'a>, DecodeError> {
+        Ok(match Instruction2::decode(frame) {
+            Ok(Instruction2::Ping) => Instruction::Ping,
+            Ok(Instruction2::Read { address, count }) => Instruction::Read { address, count },
+            Ok(Instruction2::Write { address, data }) => Instruction::Write { address, data },
+            Ok(Instruction2::RegWrite { address, data }) => Instruction::RegWrite { address, data },
+            Ok(Instruction2::Action) => Instruction::Action,
+            Ok(Instruction2::FactoryReset(_)) => Instruction::FactoryReset,
+            Ok(Instruction2::SyncWrite {
+                address,
+                count,
+                blocks,
+            }) => Instruction::SyncWrite {
+                address,
+                count,
+                blocks,
+            },
+            Ok(Instruction2::SyncRead { count, ids, .. }) => Instruction::SyncRead { count, ids },
+            Ok(Instruction2::FastSyncRead { count, ids, .. }) => {
+                Instruction::FastSyncRead { count, ids }
+            }
+            Ok(
+                Instruction2::Reboot
+                | Instruction2::ClearTurns
+                | Instruction2::BulkRead(_)
+                | Instruction2::FastBulkRead(_)
+                | Instruction2::BulkWrite(_),
+            ) => return Err(DecodeError::Unknown(frame.code)),
+            Err(InstructionError::Unknown(code)) => return Err(DecodeError::Unknown(code)),
+            Err(InstructionError::Length) => return Err(DecodeError::Length),
+        })
+    }
+
+    /// The data of a fast status packet are all its parts.
+    fn reply<'a>(frame: &Self::Frame<'a>) -> Option<Reply<'a>> {
+        if (frame.id, frame.code) == (BROADCAST, STATUS) {
+            return Some(Reply {
+                id: BROADCAST,
+                alarms: Alarms::NONE,
+                data: frame.parameters,
+            });
+        }
+        Status::decode(frame).map(|status| Reply {
+            id: status.id,
+            alarms: alarms(status.is_alert, status.error),
+            data: status.parameters,
+        })
+    }
+
+    fn encode_reply<const N: usize>(reply: &Reply, _to: u8) -> Option<Vec<u8, N>> {
+        let status = Status {
+            id: reply.id,
+            is_alert: reply.alarms.contains(Alarms::HARDWARE),
+            error: error(reply.alarms),
+            parameters: reply.data,
+        };
+        (reply.id <= ID_MAX).then(|| status.encode()).flatten()
+    }
+
+    fn expected(instruction: Result<Instruction, DecodeError>, is_broadcast: bool) -> (u16, u32) {
+        let overhead = STATUS_OVERHEAD as u16;
+        let bytes = match (instruction, is_broadcast) {
+            (Ok(Instruction::Ping), _) => Self::PONG_BYTES,
+            (Ok(Instruction::SyncRead { count, ids }), _) => {
+                (ids.len() as u16).saturating_mul(count.saturating_add(overhead))
+            }
+            (Ok(Instruction::FastSyncRead { count, ids }), _) => {
+                FastStatus::packet_bytes(ids.len(), count.into()) as u16
+            }
+            (_, true) => return (0, 0),
+            (Ok(Instruction::Read { count, .. }), false) => count.saturating_add(overhead),
+            (_, false) => overhead,
+        };
+        (bytes, LATENCY_US)
+    }
+
+    fn ping_query(servo: ServoId) -> Query {
+        query(servo.get(), &Instruction2::Ping, 3).unwrap_or_default()
+    }
+
+    /// Model number and version.
+    fn is_pong(data: &[u8]) -> bool {
+        data.len() == 3
+    }
+
+    /// Within one turn: a joint that has left it has no position.
+    fn position(data: &[u8]) -> Option<u16> {
+        let counts = i32::from_le_bytes(data.try_into().ok()?);
+        (0..TURN).contains(&counts).then_some(counts as u16)
+    }
+
+    fn read_query<const N: usize>(id: u8, address: u16, count: u16) -> Option<Query<N>> {
+        let is_known = address.checked_add(count)? <= Self::MEMORY_BYTES;
+        let query = || query(id, &Instruction2::Read { address, count }, count);
+        is_known.then(query).flatten()
+    }
+
+    fn write_query<const N: usize>(id: u8, address: u16, data: &[u8]) -> Option<Query<N>> {
+        query(id, &Instruction2::Write { address, data }, 0)
+    }
+
+    fn read_reply(_address: u16, count: u16, data: &[u8]) -> Option<&[u8]> {
+        (data.len() == usize::from(count)).then_some(data)
+    }
+
+    fn lead_bytes(_address: u16) -> u16 {
+        0
+    }
+
+    fn register_start(address: u16) -> u16 {
+        register::start(address)
+    }
+
+    /// Reads the PWM on the motor. In every tick with motors off the bridge disables torque, or
+    /// has goal PWM 0, so that this shows what has become of it.
+    fn off_query(servo: ServoId) -> Query {
+        Self::read_query(servo.get(), register::PRESENT_PWM, 2).unwrap_or_default()
+    }
+
+    fn decode_off(data: &[u8]) -> Option<bool> {
+        let pwm: [u8; 2] = data.try_into().ok()?;
+        Some(pwm == [0; 2])
+    }
+}
+
+/// Alarms of the error byte: a hardware error by its alert, a refusal by its number.
+fn alarms(is_alert: bool, error: Option<StatusError>) -> Alarms {
+    let refusal = match error {
+        None => Alarms::NONE,
+        Some(StatusError::Crc) => Alarms::CHECKSUM,
+        Some(StatusError::DataRange | StatusError::DataLength | StatusError::DataLimit) => {
+            Alarms::RANGE
+        }
+        Some(
+            StatusError::Failed
+            | StatusError::Instruction
+            | StatusError::Access
+            | StatusError::Unknown(_),
+        ) => Alarms::INSTRUCTION,
+    };
+    if is_alert {
+        refusal.or(Alarms::HARDWARE)
+    } else {
+        refusal
+    }
+}
+
+/// The error of these alarms, the most specific first.
+fn error(alarms: Alarms) -> Option<StatusError> {
+    let errors = [
+        (Alarms::CHECKSUM, StatusError::Crc),
+        (Alarms::RANGE, StatusError::DataRange),
+        (Alarms::INSTRUCTION, StatusError::Instruction),
+    ];
+    let found = errors.iter().find(|(alarm, _)| alarms.contains(*alarm));
+    found.map(|(_, error)| *error)
+}
+
+impl Part<'_> {
+    /// Alarms of the part's servo.
+    pub(crate) fn alarms(&self) -> Alarms {
+        alarms(self.is_alert, self.error)
+    }
+}
+
+/// Parts of the reply to a tick's `FAST_SYNC_READ`, as far as it has come.
+pub(crate) fn position_parts(packet: &[u8]) -> impl Iterator<Item = Result<Part<'_>, PartError>> {
+    FastStatus::new(packet, POSITION_BYTES.into())
+        .into_iter()
+        .flatten()
+}
+
+fn query<const N: usize>(id: u8, instruction: &Instruction2, data: u16) -> Option<Query<N>> {
+    Some(Query {
+        packet: instruction.encode(id)?,
+        id,
+        reply_bytes: data.saturating_add(STATUS_OVERHEAD as u16),
+    })
+}
+
+/// Torque enable 0 to all servos of the X series: they release the shaft. No reply.
+pub(crate) fn torque_off() -> Packet {
+    let off = Instruction2::Write {
+        address: register::TORQUE_ENABLE,
+        data: &[0],
+    };
+    // Thirteen bytes, for which there is room.
+    off.encode(BROADCAST).unwrap_or_default()
+}
