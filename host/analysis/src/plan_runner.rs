@@ -42,7 +42,7 @@ use outcome::StopMonitor;
 use plan::Action;
 use timeline::{Due, Timeline};
 
-/// Most time in µs from a tick to the arrival of its record, on a link that keeps up.
+/// Lag in µs of the board's clock that is no more than the delay of a record on the link.
 const RECORD_DELAY_US: u64 = 20_000;
 
 #[derive(Debug)]
@@ -89,8 +89,11 @@ pub struct PlanRunner<K = AllRecords> {
     idle_since_us: Option<u64>,
     received_us: u64,
     begun_us: Option<u64>,
-    /// Tick of the last record on the board's clock, at the beginning and now.
-    board_us: [u64; 2],
+    /// Beginning of the run on the board's clock.
+    board_begun_us: u64,
+    /// Time by which the board's clock is behind since then: an emulated processor that gets too
+    /// little of the host's time falls behind.
+    lag_us: u64,
     mode: Mode,
     /// Pushes and leads the simulated arm.
     hands: Option<Sender<Interaction>>,
@@ -140,7 +143,8 @@ impl<K: RecordSink> PlanRunner<K> {
             idle_since_us: None,
             received_us: 0,
             begun_us: None,
-            board_us: [0; 2],
+            board_begun_us: 0,
+            lag_us: 0,
             mode: Mode::Boot,
             hands: None,
             ending: None,
@@ -181,13 +185,13 @@ impl<K: RecordSink> PlanRunner<K> {
     }
 
     fn run(&mut self, now_us: u64) {
-        let is_board_behind = self.is_board_behind();
+        let over_us = self.over_us();
         let Phase::Running(timeline) = &mut self.phase else {
             return;
         };
         let since_us = timeline.since_us;
         let elapsed_us = now_us.saturating_sub(since_us);
-        if elapsed_us >= self.plan.stop.after_us && !is_board_behind {
+        if elapsed_us >= over_us {
             self.end(now_us, Ending::Time);
         } else if now_us.saturating_sub(self.received_us) > ANSWER_TIMEOUT_US {
             self.give_up(now_us, SessionError::Silent.into());
@@ -208,11 +212,10 @@ impl<K: RecordSink> PlanRunner<K> {
         }
     }
 
-    /// Whether the run's time is not over on the board's clock: an emulated processor that gets
-    /// too little of the host's time falls behind.
-    fn is_board_behind(&self) -> bool {
-        let [begun_us, last_us] = self.board_us;
-        last_us.saturating_sub(begun_us) + RECORD_DELAY_US < self.plan.stop.after_us
+    /// Time in µs since the beginning after which the run's time is over on the board's clock too.
+    fn over_us(&self) -> u64 {
+        let after_us = self.plan.stop.after_us;
+        after_us.saturating_add(self.lag_us.min(after_us))
     }
 
     fn perform(&mut self, now_us: u64, action: Action) {
@@ -295,12 +298,7 @@ impl<K: RecordSink> Host for PlanRunner<K> {
     fn wake_at_us(&self) -> u64 {
         let due_us = match &self.phase {
             Phase::Running(timeline) => {
-                let mut over_us = self.plan.stop.after_us;
-                if self.is_board_behind() {
-                    // The next look at the clocks, unless a record comes first.
-                    let look_us = self.received_us + RECORD_DELAY_US;
-                    over_us = over_us.max(look_us.saturating_sub(timeline.since_us));
-                }
+                let over_us = self.over_us();
                 let next_us = timeline.due_us(&self.plan.steps);
                 // An unacknowledged command is waited for.
                 let next_us = next_us.filter(|_| self.session.is_settled());

@@ -39,8 +39,8 @@ pub enum Obstacle {
         /// Reason for the missing reply.
         missing: Missing,
     },
-    /// Stock servos are not in wheel mode.
-    #[error("the stock servos are not in wheel mode")]
+    /// Stock servos are not in wheel mode, those of the X series not in PWM control mode.
+    #[error("the servos are not set up for torque")]
     NotReady,
     /// The servos run different firmwares.
     #[error(

@@ -25,7 +25,7 @@ pub(super) const GRAVITY_M_S2: f64 = 9.80665;
 /// PWM per count, 885 units of PWM at full duty.
 const DUTY_PER_RAD: f64 = 4096.0 / (core::f64::consts::TAU * 256.0 * 885.0);
 /// Longest step in s: a quarter of it changes the error of a recording's simulation by 0.01
-/// degrees.
+/// degrees. A step acts as half its length of delay, by which that of the goals is too large.
 const STEP_MAX_S: f64 = 1e-3;
 
 /// The goals as the servo has them: late, and between samples on a line.

@@ -24,9 +24,9 @@ const SEARCH: Search = Search {
 /// A search from the fit to all recordings, with one of them left out.
 const NEAR_SEARCH: Search = Search {
     population: 12,
-    evaluations: 600,
-    deviation: 0.1,
-    deviation_min: 3e-3,
+    evaluations: 1_200,
+    deviation: 0.03,
+    deviation_min: 1e-3,
     seed: 1,
 };
 /// Form of friction whose parameters have intervals.

@@ -9,7 +9,7 @@ use armbridge_sim::plant::{Lead, Push};
 
 use super::plan::{self, InitialSettings};
 use super::timeline::Timeline;
-use super::{Phase, PlanError, PlanRunner, RecordSink};
+use super::{Phase, PlanError, PlanRunner, RECORD_DELAY_US, RecordSink};
 
 /// Time in µs for which an armed board may report idle: records from before it was
 /// armed may arrive after the acknowledgement.
@@ -157,10 +157,10 @@ impl<K: RecordSink> PlanRunner<K> {
         }
     }
 
-    fn begin(&mut self, now_us: u64) {
+    fn begin(&mut self, now_us: u64, record: &Record) {
         self.is_armed = true;
         self.begun_us.get_or_insert(now_us);
-        self.board_us[0] = self.board_us[1];
+        self.board_begun_us = record.input.start_us;
         self.begun_with = self.settings.map(|[_, last]| last);
         if let Some(hands) = &self.hands {
             let now_ns = now_us * 1_000;
@@ -203,11 +203,15 @@ impl<K: RecordSink> PlanRunner<K> {
     fn on_record(&mut self, now_us: u64, record: &Record) -> Result<(), PlanError> {
         self.mode = record.mode;
         self.clock_offset.update(now_us, record.input.start_us);
-        self.board_us[1] = record.input.start_us;
+        if let Phase::Running(timeline) = &self.phase {
+            let board_us = record.input.start_us.saturating_sub(self.board_begun_us);
+            let lag_us = now_us.saturating_sub(timeline.since_us + board_us);
+            self.lag_us = if lag_us > RECORD_DELAY_US { lag_us } else { 0 };
+        }
         if matches!(self.phase, Phase::CheckingMotors)
             && (record.mode == Mode::Armed || matches!(record.mode, Mode::Fault(_)))
         {
-            self.begin(now_us);
+            self.begin(now_us, record);
         }
         match self.phase {
             Phase::WaitingForServos if record.mode == Mode::Idle && self.has_servos() => {

@@ -33,7 +33,7 @@ pub enum TaskError {
     /// No servos were found, for this reason.
     #[error("{}", reason(.0.as_ref(), "the servos are not found: check their power and wiring"))]
     NoServos(Option<Obstacle>),
-    /// Stock servos are not in wheel mode, and may not be set to it.
+    /// Stock or X servos are not set up for torque, and may not be.
     #[error(
         "stock servos take no torque before they are set to wheel mode, which is kept in their \
          EEPROM: add --prepare to do it"

@@ -204,7 +204,7 @@ fn servos(host: &TaskHost<Status>) -> String {
             }),
             _,
         ) => format!(
-            "{firmware}, {baud} baud; not in wheel mode: `armbridge arm --prepare` sets them"
+            "{firmware}, {baud} baud; not set up for torque: `armbridge arm --prepare` sets them"
         ),
         (None, Some(obstacle)) => obstacle.to_string(),
         (None, None) => "not found yet".into(),

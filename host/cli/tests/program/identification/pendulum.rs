@@ -120,8 +120,15 @@ fn a_simulated_servo_is_identified_and_load_friction_told_from_coulomb_friction(
         let [value, half_width] =
             ["value", "half_width_95"].map(|key| estimate[key].as_f64().unwrap());
         let error = (value - expected).abs();
+        // The simulation's steps of 1 ms act as half a step of delay.
+        let bias = if name == "delay of goals" {
+            0.5e-3
+        } else {
+            0.0
+        };
+        assert!(half_width > 0.0, "{name} is never certain");
         assert!(
-            error < (2.0 * half_width).max(0.05 * expected),
+            error < (2.0 * half_width).max(0.05 * expected) + bias,
             "{name}: {value} ± {half_width}, not {expected}"
         );
     }
