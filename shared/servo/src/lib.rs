@@ -1,9 +1,11 @@
-//! Dynamixel AX-12A servos on a half-duplex bus: wire formats, bus master, stop sequences.
+//! Dynamixel AX-12A and X-series servos on a half-duplex bus: wire formats, bus master, stop
+//! sequences.
 //!
 //! The crate is for firmware and programs that own a servo bus: it builds and parses packets
-//! of both firmwares of an AX-12A, times the transactions of a control loop, and switches
-//! motors off in whatever state the servos are. A stock servo speaks Dynamixel Protocol 1.0;
-//! one with the open Morpheus firmware takes a PWM and reports its position once a tick.
+//! of both firmwares of an AX-12A and of the X series, times the transactions of a control
+//! loop, and switches motors off in whatever state the servos are. A stock AX-12A speaks
+//! Dynamixel Protocol 1.0; one with the open Morpheus firmware takes a PWM and reports its
+//! position once a tick; the X series speaks Protocol 2.0.
 //!
 //! ```
 //! use armbridge_servo::{Firmware, ReplyParser, ServoId};
@@ -32,7 +34,7 @@
 //! | `exchange`    | the part of a protocol that the master runs             |
 //! | [`morpheus`]  | the Morpheus firmware's packets, only the harmless ones |
 //! | [`protocol1`] | Dynamixel Protocol 1.0, of a stock AX-12A               |
-//! | [`protocol2`] | Dynamixel Protocol 2.0, of the X series: packets and models; the master does not run it yet |
+//! | [`protocol2`] | Dynamixel Protocol 2.0, of the X series: packets, models, the tick |
 //! | [`Alarms`]    | the seven bits of a status packet's error byte           |
 //! | [`ClientFrame`] | a packet of another master, parsed                    |
 //! | [`Pwm`]       | a PWM command                                           |
@@ -53,8 +55,9 @@
 //! out, and obeys its last command for ever.
 //!
 //! Times are in µs of a monotonic clock (`now_us: u64`), speeds in bits per second, positions
-//! in encoder counts 0..=1023, torques as [`Pwm`] counts 0..=2000 with 1000 for off. A bus has
-//! [`JOINTS`] servos under control; codecs and queries work with any number.
+//! in encoder counts, 0..=1023 of an AX-12A and 0..=4095 of an X servo, torques as [`Pwm`]
+//! counts 0..=2000 with 1000 for off. A bus has [`JOINTS`] servos under control; codecs and
+//! queries work with any number.
 //!
 //! # Contract
 //!

@@ -144,7 +144,7 @@ pub trait Protocol: Clone + Debug {
     /// Whether the data of a reply answer [`Protocol::ping_query`].
     fn is_pong(data: &[u8]) -> bool;
 
-    /// Position in counts, 0..=1023, from the data of a tick's reply.
+    /// Position in counts of the servo's encoder, from the data of a tick's reply.
     fn position(data: &[u8]) -> Option<u16>;
 
     /// Query that reads registers; `None` if the servo has not all of them, if no single
