@@ -172,6 +172,10 @@ pub(super) fn minimise(
             let coordinates = &state.mean + &candidates[0].1 * state.deviation;
             best = (coordinates, candidates[0].0);
         }
+        if candidates[0].0 == f64::INFINITY {
+            // No number in this generation says where to go.
+            continue;
+        }
         let steps: Vec<DVector<f64>> = candidates.into_iter().map(|it| it.1).collect();
         state.adapt(&strategy, &steps, &axes, &lengths, generation);
         let widest = state.deviation * state.covariance.diagonal().max().sqrt();

@@ -1,14 +1,13 @@
 //! [`Protocol`] of Dynamixel Protocol 2.0 on servos of the X series.
 
 use super::crc::checksum;
+use super::fast_status::{FastStatus, Part, PartError};
 use super::frame::{
     BROADCAST, Frame, HEAD, HEADER, ID_MAX, MARK, OVERHEAD, Protocol2, STATUS, is_fast, unstuff,
 };
-use super::status::Status;
-use super::{
-    FastStatus, Instruction as Instruction2, InstructionError, Part, PartError, StatusError,
-    register,
-};
+use super::instruction::{Instruction as Instruction2, InstructionError};
+use super::register;
+use super::status::{Status, StatusError};
 use crate::protocol::{Extent, Protocol, Reply};
 use crate::{Alarms, DecodeError, Firmware, Instruction, JOINTS, Packet, Query, ServoId};
 use heapless::Vec;
