@@ -6,8 +6,8 @@ use super::frame::{
     BROADCAST, Frame, HEAD, HEADER, ID_MAX, MARK, OVERHEAD, Protocol2, STATUS, is_fast, unstuff,
 };
 use super::instruction::{Instruction as Instruction2, InstructionError};
-use super::register;
 use super::status::{Status, StatusError};
+use super::{model, register};
 use crate::protocol::{Extent, Protocol, Reply};
 use crate::{Alarms, DecodeError, Firmware, Instruction, JOINTS, Packet, Query, ServoId};
 use heapless::Vec;
@@ -16,8 +16,6 @@ use heapless::Vec;
 const STATUS_OVERHEAD: usize = OVERHEAD + 1;
 /// Bytes of a present position.
 pub(super) const POSITION_BYTES: u16 = 4;
-/// Counts of a turn.
-const TURN: i32 = 4_096;
 
 /// Longest return delay, 254 times 2 µs, and 300 µs of processing time, of which the e-Manual
 /// says nothing.
@@ -32,7 +30,7 @@ impl Protocol for Protocol2 {
     const DESTINATION: usize = 4;
     const READ_BYTES: usize = 14;
     const OVERHEAD: usize = STATUS_OVERHEAD;
-    const FRAME_MAX: usize = crate::bus::SEND_MAX;
+    const FRAME_MAX: usize = HEAD + u16::MAX as usize;
     const PONG_BYTES: u16 = STATUS_OVERHEAD as u16 + 3;
     const TICK_REPLY_MAX: usize = FastStatus::packet_bytes(JOINTS, POSITION_BYTES as usize);
     const BROADCAST: u8 = BROADCAST;
@@ -179,7 +177,9 @@ impl Protocol for Protocol2 {
     /// Within one turn: a joint that has left it has no position.
     fn position(data: &[u8]) -> Option<u16> {
         let counts = i32::from_le_bytes(data.try_into().ok()?);
-        (0..TURN).contains(&counts).then_some(counts as u16)
+        (0..model::TURN.into())
+            .contains(&counts)
+            .then_some(counts as u16)
     }
 
     fn read_query<const N: usize>(id: u8, address: u16, count: u16) -> Option<Query<N>> {

@@ -8,15 +8,17 @@
 //!
 //! | at         | bytes  | guards | return delay and processing | shortest period |
 //! |------------|--------|--------|-----------------------------|-----------------|
-//! | 1 Mbaud    | 600 µs | 100 µs | 250 µs                      | 1000 µs         |
-//! | 2 Mbaud    | 300 µs | 100 µs | 250 µs                      | 650 µs          |
-//! | 4 Mbaud    | 150 µs | 100 µs | 250 µs                      | 500 µs          |
+//! | 1 Mbaud    | 600 µs | 100 µs | 200 µs                      | 900 µs          |
+//! | 2 Mbaud    | 300 µs | 100 µs | 200 µs                      | 600 µs          |
+//! | 4 Mbaud    | 150 µs | 100 µs | 200 µs                      | 450 µs          |
+//!
+//! Discovery searches at 1 Mbaud and less, so that the other rows are computed only.
 //!
 //! The e-Manual gives the return delay, which bring-up sets to [`RETURN_DELAY_US`], and no time for
 //! the processing of an instruction: [`PROCESSING_US`] is an assumption, to be measured.
 
 use super::codec::{LATENCY_US, POSITION_BYTES};
-use super::{BROADCAST, FastStatus, Instruction, Protocol2, register, torque_off};
+use super::{BROADCAST, FastStatus, Instruction, Protocol2, model, register, torque_off};
 use crate::exchange::{Exchange, ExpectedReplies, GUARD_US, Line, Readiness, Step};
 use crate::port::bytes_us;
 use crate::transaction::Transaction;
@@ -30,7 +32,7 @@ const PROCESSING_US: u64 = 150;
 /// Reserve on top of that in a tick's windows.
 const RESERVE_US: u64 = 50;
 /// Full duty in units of the goal PWM.
-const FULL: i32 = 885;
+const FULL: i32 = model::FULL as i32;
 /// Bytes of the packets of a tick.
 const GOALS_BYTES: u32 = 14 + 3 * JOINTS as u32;
 const READ_BYTES: u32 = 14 + JOINTS as u32;

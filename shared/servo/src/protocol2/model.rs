@@ -69,9 +69,9 @@ pub struct Model {
 }
 
 /// Position counts of a turn: 12 bits, in all of them.
-const TURN: u16 = 4_096;
+pub(super) const TURN: u16 = 4_096;
 /// PWM counts of full duty, in all of them.
-const FULL: u16 = 885;
+pub(super) const FULL: u16 = 885;
 
 const fn model(
     number: u16,
