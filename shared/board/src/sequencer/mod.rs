@@ -46,7 +46,8 @@
 //! | `force_off`    | evidence that motors are off                               |
 //! | `stop_plan`    | stops at several speeds                                    |
 //! | `discovery`    | search for the servos, their firmware and speed            |
-//! | `servo_setup`  | stock servos made ready, and restored                      |
+//! | `servo_setup`  | stock and X servos made ready, and restored                |
+//! | `servo_settings` | their settings: registers, and those of a ready servo    |
 //! | `health_poll`  | temperatures, torque enable, pings of silent servos        |
 //! | `exchange`     | the exchange of a tick                                     |
 //! | `idle_request` | a query for that time, and its owner                       |
@@ -64,6 +65,7 @@ mod health_poll;
 mod idle_request;
 mod idle_slot;
 mod passthrough;
+mod servo_settings;
 mod servo_setup;
 mod setup_step;
 mod state;

@@ -15,9 +15,8 @@
 //! to 20 ms last, and from then on a servo that receives no packet of its protocol for that long
 //! switches its motor off, whatever has become of board and wire.
 
-use super::setup_step::{
-    RegisterAccess, RegisterImage, SavedConfig, ServoSettings, SetupGoal, SetupStep, Step,
-};
+use super::servo_settings::{RegisterImage, ServoSettings};
+use super::setup_step::{RegisterAccess, SavedConfig, SetupGoal, SetupStep, Step};
 use armbridge_servo::master::timing::CONTROL_STEP_US;
 use armbridge_servo::{Firmware, JOINTS, Query, ServoId};
 
