@@ -3,11 +3,12 @@
 
 use armbridge_servo::JOINTS;
 
-use super::encoder::Encoder;
+use super::encoder;
 use super::faults::sensor::Sensors;
 use super::half_duplex_bus::Mechanics;
 use super::morpheus_servo::Reading;
 use super::plant::Plant;
+use armbridge_control::encoder::Encoder;
 
 /// Converter counts of a Morpheus servo at room temperature: any value, the firmware
 /// does not use it. A stock servo has a thermal model of its own.
@@ -16,7 +17,7 @@ const TEMPERATURE: u16 = 300;
 /// degree a second.
 const NO_LOAD_COUNTS_PER_S: f64 = 59.0 / 60.0 * 360.0 / (300.0 / 1023.0);
 /// Counts of a turn, in those of an AX-12A.
-const TURN_COUNTS: f64 = Encoder::Potentiometer.counts_per_turn();
+const TURN_COUNTS: f64 = encoder::counts_per_turn(Encoder::Ax12a);
 /// The PWM that switches a motor off.
 const OFF: u16 = 1000;
 /// Deviation up to which a motor counts as off: the stop sequence sends a value one
@@ -73,9 +74,9 @@ impl Shaft {
 
     /// Reading of the encoder. That of an AX-12A is at one of its ends in the gap of 60 degrees.
     fn position(&self, encoder: Encoder) -> u16 {
-        if encoder == Encoder::Absolute {
+        if encoder == Encoder::XSeries {
             let turns = (self.counts - Self::START.counts) / TURN_COUNTS;
-            return encoder.count((0.5 + turns) * encoder.counts_per_turn());
+            return encoder::count(encoder, (0.5 + turns) * encoder::counts_per_turn(encoder));
         }
         let middle_of_gap = f64::midpoint(1023.0, TURN_COUNTS);
         if self.counts > middle_of_gap {
@@ -168,7 +169,7 @@ impl Motor {
 
 impl Mechanics for Joints {
     fn convert(&mut self, servo: usize, at_ns: u64) -> Reading {
-        self.convert_with(servo, Encoder::Potentiometer, at_ns)
+        self.convert_with(servo, Encoder::Ax12a, at_ns)
     }
 
     fn convert_with(&mut self, servo: usize, encoder: Encoder, at_ns: u64) -> Reading {

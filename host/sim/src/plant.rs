@@ -32,9 +32,10 @@ pub use file::{BuiltinPlant, INITIAL_RAD, KEYS, KeyConflict, PLANTS, PlantError,
 
 use std::collections::VecDeque;
 
-use crate::encoder::Encoder;
+use crate::encoder;
 use armbridge_client::simulation::TrueState;
 use armbridge_control::arm::State;
+use armbridge_control::encoder::Encoder;
 use armbridge_link::server::Touch;
 use armbridge_servo::{JOINTS, Pwm};
 use body::grasp::Grasp;
@@ -279,7 +280,7 @@ impl Plant {
     ///
     /// If there is no such servo; they are 0 and 1.
     pub fn read(&mut self, servo: usize, at_ns: u64) -> u16 {
-        self.read_with(servo, Encoder::Potentiometer, at_ns)
+        self.read_with(servo, Encoder::Ax12a, at_ns)
     }
 
     /// Reads a servo's encoder of this kind at `at_ns`, in counts. The calibration of the joint is
@@ -293,7 +294,7 @@ impl Plant {
         self.advance(at_ns);
         let noise: f64 = StandardNormal.sample(&mut self.noise[servo]);
         let position = self.config.joints[servo].position(self.state().q[servo]);
-        encoder.count(position + self.config.noise_lsb_rms * noise)
+        encoder::count(encoder, position + self.config.noise_lsb_rms * noise)
     }
 
     /// Advances time.

@@ -3,8 +3,9 @@
 use rand_distr::{Distribution, StandardNormal, Uniform};
 use rand_pcg::Pcg32;
 
-use crate::encoder::Encoder;
+use crate::encoder;
 use crate::morpheus_servo::Reading;
+use armbridge_control::encoder::Encoder;
 
 /// Largest count of the converter of the temperature.
 const TEMPERATURE_MAX: u16 = 1023;
@@ -137,7 +138,7 @@ impl Sensors {
 
 /// A reading that is off by this many counts.
 fn shifted(position: u16, encoder: Encoder, counts: f64) -> u16 {
-    encoder.count(f64::from(position) + counts)
+    encoder::count(encoder, f64::from(position) + counts)
 }
 
 fn floating_input(draw: &mut Pcg32, encoder: Encoder) -> u16 {
@@ -146,7 +147,7 @@ fn floating_input(draw: &mut Pcg32, encoder: Encoder) -> u16 {
     };
     match all.sample(draw) {
         low @ 0..FLOATING_COUNTS => low,
-        high => encoder.largest_count() + FLOATING_COUNTS - high,
+        high => encoder.counts_max() + FLOATING_COUNTS - high,
     }
 }
 
@@ -161,7 +162,7 @@ mod tests {
             temperature: 300,
         };
         let mut sensors = Sensors::default();
-        let encoder = Encoder::Potentiometer;
+        let encoder = Encoder::Ax12a;
         assert_eq!(sensors.read(truth(500), encoder, 0), truth(500));
         sensors.fail(SensorFault::Frozen);
         sensors.fail(SensorFault::Hot { counts_per_s: 50.0 });

@@ -2,10 +2,10 @@
 
 use super::lookahead::Schedule;
 use super::receiver::Decoded;
-use crate::encoder::Encoder;
 use crate::morpheus_servo::{Action, Reading, Servo};
 use crate::stock_servo::Ax12a;
 use crate::x_servo::XServo;
+use armbridge_control::encoder::Encoder;
 
 /// A servo on the wire.
 #[derive(Clone, Debug)]
@@ -80,8 +80,8 @@ impl Device {
     /// Its position encoder.
     pub const fn encoder(&self) -> Encoder {
         match self {
-            Self::Morpheus(_) | Self::Stock(_) => Encoder::Potentiometer,
-            Self::X(_) => Encoder::Absolute,
+            Self::Morpheus(_) | Self::Stock(_) => Encoder::Ax12a,
+            Self::X(_) => Encoder::XSeries,
         }
     }
 

@@ -30,8 +30,8 @@ pub use faults::{BusDirection, ByteDamage, ByteFault};
 
 use std::collections::VecDeque;
 
-use super::encoder::Encoder;
 use super::morpheus_servo::{Reading, Servo};
+use armbridge_control::encoder::Encoder;
 use events::Event;
 use faults::Faults;
 use line::{Frame, Line, MASTER, SenderFilter};
