@@ -6,8 +6,9 @@
 //! | [`morpheus_servo`]       | the Morpheus firmware, byte for byte |
 //! | [`stock_servo`]          | the stock firmware of an AX-12A, by its documents |
 //! | [`x_servo`]              | the firmware of the X series, by its documents |
+//! | `packet_receiver`        | decoder of packets of the stock and the X servo |
 //! | `status_transmitter`     | transmitter of the stock and the X servo |
-//! | [`encoder`]              | position encoders of the servos: resolution and range |
+//! | `encoder`                | readings of the servos' encoders: resolution and range |
 //! | [`half_duplex_bus`]      | the half-duplex bus between master and servos |
 //! | [`servo_kind`]           | kinds of servos: firmware, id, rate |
 //! | [`plant`]                | the arm: dynamics, friction, encoders, motors |
@@ -34,7 +35,7 @@ pub mod cosim;
 mod drivetrain;
 #[cfg(unix)]
 pub mod emulator;
-pub mod encoder;
+mod encoder;
 pub mod environment;
 pub mod fault_campaign;
 pub mod faults;
@@ -44,6 +45,7 @@ pub mod link_server;
 pub mod morpheus_servo;
 mod nonblocking;
 mod pacer;
+mod packet_receiver;
 pub mod plant;
 pub mod raw_bus_server;
 pub mod servo_kind;

@@ -3,7 +3,6 @@
 //! | module    | model of                                                    |
 //! |-----------|-------------------------------------------------------------|
 //! | `memory`  | the control table: EEPROM, RAM, write checks                |
-//! | `receiver` | the decoder of instruction packets                         |
 //! | `commands` | the instructions, and their replies                        |
 //! | `motor`   | wheel and joint mode: from the position to the duty         |
 //! | `protect` | heat, overload and supply; the alarms                       |
@@ -48,21 +47,21 @@ mod commands;
 mod memory;
 mod motor;
 mod protect;
-mod receiver;
 #[cfg(test)]
 mod tests;
 
 use armbridge_client::servo_table::AX12A;
 use armbridge_servo::Alarms;
-use armbridge_servo::protocol1::{BROADCAST, PacketError};
+use armbridge_servo::protocol1::frame::FRAME_MAX;
+use armbridge_servo::protocol1::{BROADCAST, PacketError, Protocol1};
 
 use super::morpheus_servo::{Action, Reading};
+use super::packet_receiver::PacketReceiver;
 use super::status_transmitter::Transmitter;
 use commands::{Deferred, Packet, Write};
 use memory::{Memory, at};
 use motor::{FULL, Motor};
 use protect::Protection;
-use receiver::Receiver;
 
 /// Period of the control step.
 const PERIOD_NS: u64 = 1_001_000;
@@ -90,7 +89,7 @@ enum Stage {
 #[derive(Clone, Debug)]
 pub struct Ax12a {
     memory: Memory,
-    receiver: Receiver,
+    receiver: PacketReceiver<Protocol1, FRAME_MAX>,
     registered: Option<Write>,
     deferred: Option<Deferred>,
     transmitter: Transmitter,
@@ -119,7 +118,7 @@ impl Ax12a {
         memory.set_byte(at::BAUD_RATE, baud_rate);
         let mut servo = Self {
             memory,
-            receiver: Receiver::new(),
+            receiver: PacketReceiver::new(),
             registered: None,
             deferred: None,
             transmitter: Transmitter::new(),
@@ -191,7 +190,7 @@ impl Ax12a {
     /// Power-cycles it: only EEPROM and temperature are retained.
     pub(crate) fn power_cycle(&mut self, at_ns: u64) {
         self.memory.power_up();
-        self.receiver = Receiver::new();
+        self.receiver = PacketReceiver::new();
         self.registered = None;
         self.deferred = None;
         self.transmitter = Transmitter::new();

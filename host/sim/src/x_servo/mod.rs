@@ -5,7 +5,6 @@
 //! | `specification` | what the models differ in                                |
 //! | `table`   | the control table as data                                      |
 //! | `memory`  | its bytes: EEPROM, RAM, indirect addresses, write checks       |
-//! | `receiver` | the decoder of packets                                        |
 //! | `commands` | the instructions, and their replies                           |
 //! | `effects` | what follows from a write; reboot and reset                    |
 //! | `chain`   | the order of several servos' replies to one instruction        |
@@ -44,7 +43,10 @@
 //! - Parameters that do not fit are a data length error. An unknown instruction, or a damaged
 //!   packet with this servo's id, is answered where the status return level has a WRITE answered.
 //!   A factory reset with torque on is an access error.
-//! - See also those of `receiver`, `chain`, `motor`, `protect` and `watchdog`.
+//! - A packet has at most [`PACKET_MAX`] bytes, so that noise that looks like a header costs as
+//!   many at most, or the time to the next pause. A part that this servo adds to a fast status
+//!   packet goes through its own decoder, or it would not find the end of the packet.
+//! - See also those of `chain`, `motor`, `protect` and `watchdog`.
 //!
 //! LED, startup configuration and backup are registers only; the supply does not sag. Duties
 //! become the PWM that [`Mechanics`](super::half_duplex_bus::Mechanics) takes, 1000 for off.
@@ -55,19 +57,19 @@ mod effects;
 mod memory;
 mod motor;
 mod protect;
-mod receiver;
 mod specification;
 mod table;
 #[cfg(test)]
 mod tests;
 mod watchdog;
 
-use armbridge_servo::protocol2::PacketError;
 use armbridge_servo::protocol2::frame::STATUS;
 use armbridge_servo::protocol2::model::{Model, baud_rate};
 use armbridge_servo::protocol2::register as at;
+use armbridge_servo::protocol2::{PacketError, Protocol2};
 
 use super::morpheus_servo::{Action, Reading};
+use super::packet_receiver::PacketReceiver;
 use super::status_transmitter::Transmitter;
 use chain::Turn;
 use commands::Packet;
@@ -75,8 +77,9 @@ use effects::Deferred;
 use memory::Memory;
 use motor::{Motor, Output};
 use protect::Protection;
-use receiver::Receiver;
 
+/// Longest packet in bytes.
+const PACKET_MAX: usize = 512;
 /// Period of the control step.
 const PERIOD_NS: u64 = 1_001_000;
 /// The same in s.
@@ -112,7 +115,7 @@ enum Stage {
 pub struct XServo {
     model: &'static Model,
     memory: Memory,
-    receiver: Receiver,
+    receiver: PacketReceiver<Protocol2, PACKET_MAX>,
     registered: Option<(u16, Vec<u8>)>,
     deferred: Option<Deferred>,
     turn: Option<Turn>,
@@ -142,7 +145,7 @@ impl XServo {
         let mut servo = Self {
             model,
             memory,
-            receiver: Receiver::new(),
+            receiver: PacketReceiver::new(),
             registered: None,
             deferred: None,
             turn: None,
@@ -228,7 +231,7 @@ impl XServo {
     fn restart(&mut self, at_ns: u64) {
         let specification = specification::find(self.model);
         self.memory.power_up();
-        self.receiver = Receiver::new();
+        self.receiver = PacketReceiver::new();
         self.registered = None;
         self.deferred = None;
         self.turn = None;

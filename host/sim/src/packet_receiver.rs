@@ -1,34 +1,34 @@
-//! Decoder of instruction packets.
+//! Decoder of the packets that a virtual servo with Dynamixel Protocol 1.0 or 2.0 receives.
 
-use armbridge_servo::protocol1::frame::FRAME_MAX;
-use armbridge_servo::protocol1::{Frame, PacketError, Parser};
+use armbridge_servo::protocol::{PacketError, Parser, Protocol};
 
-/// A pause inside a packet after which it is dropped (e-Manual, "Protocol 1.0").
+/// A pause inside a packet after which it is dropped (e-Manual, "Protocol 1.0"; that of Protocol
+/// 2.0 is assumed to be the same).
 const PAUSE_MAX_NS: u64 = 100_000_000;
 
-/// The receive state machine.
+/// The receive state machine, for packets of up to `N` bytes.
 #[derive(Clone, Debug)]
-pub(super) struct Receiver {
-    parser: Parser<FRAME_MAX>,
+pub(crate) struct PacketReceiver<P, const N: usize> {
+    parser: Parser<P, N>,
     last_byte_ns: u64,
 }
 
-impl Receiver {
-    pub(super) fn new() -> Self {
+impl<P: Protocol, const N: usize> PacketReceiver<P, N> {
+    pub(crate) fn new() -> Self {
         Self {
             parser: Parser::new(),
             last_byte_ns: 0,
         }
     }
 
-    /// Processes a byte; returns the packet that it completes, intact or with a wrong
-    /// checksum. A byte without a stop bit discards the packet.
-    pub(super) fn push(
+    /// Processes a byte; returns the packet that it completes, intact or not. A byte without a
+    /// stop bit discards the packet.
+    pub(crate) fn push(
         &mut self,
         byte: u8,
         framing_error: bool,
         now_ns: u64,
-    ) -> Option<Result<Frame<'_>, PacketError>> {
+    ) -> Option<Result<P::Frame<'_>, PacketError>> {
         let pause_ns = now_ns.saturating_sub(self.last_byte_ns);
         self.last_byte_ns = now_ns;
         if pause_ns > PAUSE_MAX_NS || framing_error {
@@ -40,8 +40,20 @@ impl Receiver {
         self.parser.push(byte)
     }
 
+    /// Bytes of the packet that has begun.
+    pub(crate) fn begun(&self) -> &[u8] {
+        let bytes = self.parser.bytes();
+        bytes.get(..self.parser.bytes_held()).unwrap_or_default()
+    }
+
+    /// Adds a byte that this servo sends until `end_ns`.
+    pub(crate) fn append(&mut self, byte: u8, end_ns: u64) {
+        let _ = self.parser.push(byte);
+        self.last_byte_ns = end_ns;
+    }
+
     /// Discards an incomplete packet.
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.parser.reset();
     }
 }
@@ -49,6 +61,9 @@ impl Receiver {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use armbridge_servo::protocol1::Protocol1;
+
+    type Receiver = PacketReceiver<Protocol1, 259>;
 
     const PING: [u8; 6] = [0xFF, 0xFF, 1, 2, 1, 0xFB];
 
