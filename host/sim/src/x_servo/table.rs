@@ -197,6 +197,7 @@ fn ram(model: &Model, specification: &Specification) -> Vec<Register> {
 mod tests {
     use super::super::specification;
     use super::*;
+    use armbridge_client::servo_table::{Access, Storage, X_SERIES};
     use armbridge_servo::protocol2::model::MODELS;
 
     #[test]
@@ -214,6 +215,27 @@ mod tests {
             }
             let last = all.last().map(Register::end);
             assert_eq!(last, Some(end(specification)));
+        }
+    }
+
+    /// The tools know no register that a servo does not have, but for those of the current.
+    #[test]
+    fn the_tools_have_the_same_table() {
+        for model in &MODELS {
+            let all = registers(model, specification::find(model));
+            for known in X_SERIES.registers {
+                let own = all.iter().find(|own| own.address == known.address);
+                let Some(own) = own else {
+                    let is_current = matches!(known.address, at::CURRENT_LIMIT | at::GOAL_CURRENT);
+                    assert!(is_current && model.current.is_none(), "{}", known.name);
+                    continue;
+                };
+                assert_eq!(own.bytes, known.size.bytes(), "{}", known.name);
+                let is_written = known.access == Access::ReadWrite;
+                assert_eq!(own.range.is_some(), is_written, "{}", known.name);
+                let is_persistent = known.storage == Storage::Eeprom;
+                assert_eq!(own.is_persistent(), is_persistent, "{}", known.name);
+            }
         }
     }
 

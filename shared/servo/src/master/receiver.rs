@@ -101,10 +101,11 @@ impl Receiver {
 
     /// Takes received bytes that are not our echo.
     pub(super) fn push(&mut self, mut bytes: &[u8], ids: [ServoId; JOINTS]) {
+        // Found by its parts, which have CRCs of their own.
+        let is_fast = self.replies.expected == ExpectedReplies::Fast;
         while let Some((first, rest)) = bytes.split_first() {
             self.replies.note_fault(RxFault::Bytes);
             // The usual case: whole replies, one after the other.
-            let is_fast = self.replies.expected == ExpectedReplies::Fast;
             if !is_fast && let Some((reply, rest)) = self.parser.whole_reply(bytes) {
                 self.replies.take(reply, ids);
                 bytes = rest;
