@@ -19,7 +19,7 @@ use armbridge_tests::tapped_bench::{Action, ScriptedHost, assert_all_equal, repl
 use super::{TestBoard, us};
 
 /// Instructions of an armed millisecond, all interrupts, telemetry and USB included.
-const ARMED_MAX: u64 = 11_100;
+const ARMED_MAX: u64 = 11_150;
 /// Longest time from the end of the last stop bit until the direction pin is low.
 const RELEASE_MAX: Time = us(2);
 

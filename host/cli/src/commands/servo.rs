@@ -77,7 +77,7 @@ pub(crate) enum ServoAction {
         #[arg(long)]
         blind: bool,
     },
-    /// Restore the factory settings: id 1, 1000000 baud.
+    /// Restore the factory settings: id 1, 1000000 baud (X series 57600).
     FactoryReset,
 }
 
@@ -141,7 +141,9 @@ fn act<L: Line>(servo: &mut Servo<L>, args: &ServoArgs) -> Result<String, Error>
             Ok(format!("servo {id} now runs at {rate} baud, {how}\n"))
         }
         ServoAction::FactoryReset => {
-            let action = format!("servo {id} loses its settings, and gets id 1 and 1000000 baud");
+            let action = format!(
+                "servo {id} loses its settings, and gets id 1 and the baud rate of the factory"
+            );
             bus::confirm(&action, args.yes)?;
             servo.factory_reset()?;
             Ok("servo 1 holds its factory settings, read back\n".into())

@@ -12,10 +12,13 @@ use super::reading::{Reading, ServoError, Taken, Value};
 use super::request::Request;
 use super::servo::Servo;
 use crate::servo_table::{Register, Storage, Table};
+use armbridge_servo::protocol2::model;
+use std::time::Duration;
 
-/// Id and baud rate after a factory reset, of either firmware.
+/// Id after a factory reset, of any firmware.
 const FACTORY_ID: u8 = 1;
-const FACTORY_BAUD: u32 = 1_000_000;
+/// Time in which an X servo restarts after a factory reset: assumed, since the e-Manual has none.
+const RESTART: Duration = Duration::from_millis(500);
 
 /// Reason for which a change was not made, or is uncertain.
 #[derive(Debug, thiserror::Error)]
@@ -114,7 +117,7 @@ fn list(readings: &[Reading]) -> String {
 /// A servo runs at 2 000 000 / (value + 1): a difference of 2 % is tolerated. Of
 /// the stock servo's rates, those in its manual; Morpheus accepts no others,
 /// and 2 Mbaud, at which it overruns on every packet.
-fn baud_codes(firmware: Firmware) -> &'static [(u32, u32)] {
+fn baud_codes(firmware: Firmware) -> Vec<(u32, u32)> {
     const STOCK: [(u32, u32); 9] = [
         (1, 1_000_000),
         (3, 500_000),
@@ -133,20 +136,18 @@ fn baud_codes(firmware: Firmware) -> &'static [(u32, u32)] {
         (34, 57_600),
         (207, 9_600),
     ];
-    const X: [(u32, u32); 8] = [
-        (0, 9_600),
-        (1, 57_600),
-        (2, 115_200),
-        (3, 1_000_000),
-        (4, 2_000_000),
-        (5, 3_000_000),
-        (6, 4_000_000),
-        (7, 4_500_000),
-    ];
     match firmware {
-        Firmware::Morpheus => &MORPHEUS,
-        Firmware::Stock => &STOCK,
-        Firmware::XSeries => &X,
+        Firmware::Morpheus => MORPHEUS.to_vec(),
+        Firmware::Stock => STOCK.to_vec(),
+        Firmware::XSeries => (0..).zip(model::BAUD_RATES).collect(),
+    }
+}
+
+/// Baud rate after a factory reset.
+const fn factory_baud(firmware: Firmware) -> u32 {
+    match firmware {
+        Firmware::Morpheus | Firmware::Stock => 1_000_000,
+        Firmware::XSeries => 57_600,
     }
 }
 
@@ -211,20 +212,24 @@ impl<L: Line> Servo<'_, L> {
         Err(self.lost(name(baud), name(old), error))
     }
 
-    /// Restores the factory settings, id 1 and 1 Mbaud among them, and reads
+    /// Restores the factory settings, id 1 and the baud rate among them, and reads
     /// them back.
     ///
     /// # Errors
     /// If another servo has id 1, or this one does not answer there, or has
     /// other settings.
     pub fn factory_reset(&mut self) -> Result<(), ChangeError> {
-        let baud = self.client.baud().map(|_| FACTORY_BAUD);
+        let factory_baud = factory_baud(self.firmware());
+        let baud = self.client.baud().map(|_| factory_baud);
         if (self.id, self.client.baud()) != (FACTORY_ID, baud) {
             self.check_free_at(baud, FACTORY_ID)?;
         }
         let old = format!("as id {}", self.id);
         let request = Request::factory_reset(self.firmware(), self.id);
         self.send(request)?;
+        if self.firmware() == Firmware::XSeries {
+            std::thread::sleep(RESTART);
+        }
         if let Some(baud) = baud {
             self.set_line_baud(baud)?;
         }
@@ -232,7 +237,7 @@ impl<L: Line> Servo<'_, L> {
         let settings = match self.read_all() {
             Ok(settings) => settings,
             Err(error) => {
-                let new = format!("as id {FACTORY_ID}, at {FACTORY_BAUD} baud");
+                let new = format!("as id {FACTORY_ID}, at {factory_baud} baud");
                 return Err(ChangeError::Lost { new, old, error });
             }
         };

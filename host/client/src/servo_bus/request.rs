@@ -50,6 +50,8 @@ const RESET: u8 = 0x09;
 const EEPROM_BYTE: Duration = Duration::from_millis(10);
 const EEPROM_ALL: Duration = Duration::from_millis(120);
 
+/// Parameter of a factory reset of an X servo that keeps neither id nor baud rate.
+const RESET_ALL: u8 = 0xFF;
 /// Data of the longest reply to a ping: model number and version of an X servo.
 const PONG_DATA: usize = 3;
 
@@ -142,8 +144,7 @@ impl Request {
         let bytes = match firmware {
             Firmware::Morpheus => morpheus(id, &[RESET])?,
             Firmware::Stock => stock(id, &Instruction::FactoryReset)?,
-            // All but the id and the baud rate.
-            Firmware::XSeries => x_series(id, &protocol2::Instruction::FactoryReset(0x02))?,
+            Firmware::XSeries => x_series(id, &protocol2::Instruction::FactoryReset(RESET_ALL))?,
         };
         let request = Self::new(firmware, id, bytes, 1);
         Some(Self {
