@@ -41,8 +41,8 @@ const BACKLOG_MAX_US: u64 = 20_000;
 /// Latest reply: that to START, 4.74 ms times the id.
 const ANSWER_US: u64 = 15_000;
 /// Time for which the servos have been powered when the first request can arrive: more
-/// than they need to start.
-const STARTED_US: u64 = 5_000;
+/// than those of any kind need to start.
+const STARTED_US: u64 = 150_000;
 /// Chunks read ahead.
 const CHUNKS: usize = 8;
 
@@ -288,6 +288,8 @@ fn spawn_reader(
 mod tests {
     use super::*;
     use crate::plant::{Plant, PlantConfig};
+    use crate::servo_kind::ServoKind;
+    use armbridge_servo::Firmware;
 
     const PING: [u8; 6] = [0xAA, 3, 1, 0xFE, 1, 0xF9];
     const PONG: [u8; 6] = [0xAA, 3, 0xFE, 1, 1, 0xF9];
@@ -305,6 +307,25 @@ mod tests {
             }
             let sent = if echo { PING.as_slice() } else { &[] };
             assert_eq!(received, [sent, &PONG].concat().repeat(2), "echo {echo}");
+        }
+    }
+
+    #[test]
+    fn servos_of_each_firmware_answer_the_first_request() {
+        for (firmware, ping) in [
+            (Firmware::Morpheus, &PING[..]),
+            (Firmware::Stock, &[0xFF, 0xFF, 1, 2, 1, 0xFB]),
+            (
+                Firmware::XSeries,
+                &[0xFF, 0xFF, 0xFD, 0, 1, 3, 0, 1, 0x19, 0x4E],
+            ),
+        ] {
+            let servo = ServoKind::new(firmware, 1, 1_000_000).unwrap();
+            let plant = Plant::new(PlantConfig::default(), 1);
+            let mut live = WallClockBench::new(Bench::with_servos(plant, &[servo]), 1);
+            let mut received = Vec::new();
+            live.serve(ping, &mut received, || None, false).unwrap();
+            assert!(!received.is_empty(), "{firmware}");
         }
     }
 
