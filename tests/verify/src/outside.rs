@@ -1,5 +1,5 @@
-//! The shared crates as other projects have them: by path from outside the workspace, and as
-//! packages.
+//! Crates outside the workspace: the shared crates as other projects have them, by path and as
+//! packages, and the masters of others that drive the virtual servos.
 
 use std::process::Command;
 
@@ -30,13 +30,24 @@ pub(crate) fn run(out: &Output) -> Result<(), String> {
 
 /// Cargo on `tests/outside`, for these targets.
 fn outside(command: &str, targets: &[&str]) -> Command {
+    let mut cargo = apart("outside", command);
+    cargo.args(targets.iter().flat_map(|target| ["--target", target]));
+    cargo
+}
+
+/// Cargo on a crate in `tests` that is a workspace of its own, in a target folder of its own.
+fn apart(name: &str, command: &str) -> Command {
     let mut cargo = cargo(command);
     cargo
-        .args(["--manifest-path", "tests/outside/Cargo.toml"])
+        .args(["--manifest-path", &format!("tests/{name}/Cargo.toml")])
         .arg("--target-dir")
-        .arg(paths::target().join("outside"))
-        .args(targets.iter().flat_map(|target| ["--target", target]));
+        .arg(paths::target().join(name));
     cargo
+}
+
+/// Builds `tests/masters`, which the tests of the program run.
+pub(crate) fn masters(out: &Output) -> Result<(), String> {
+    out.run(&mut apart("masters", "build --locked"))
 }
 
 /// Makes packages of the shared crates, without a warning. They are built elsewhere: by every

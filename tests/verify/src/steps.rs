@@ -91,10 +91,11 @@ pub(crate) const GATE: &[Step] = &[
     ),
     host_lines(
         "format",
-        "code is formatted, fuzz targets and the crate outside the workspace included",
+        "code is formatted, fuzz targets and the crates outside the workspace included",
         &[
             "fmt --all --check",
             "fmt --manifest-path tests/fuzz/Cargo.toml --check",
+            "fmt --manifest-path tests/masters/Cargo.toml --check",
             "fmt --manifest-path tests/outside/Cargo.toml --check",
         ],
     ),
@@ -128,7 +129,14 @@ pub(crate) const GATE: &[Step] = &[
         &["test --workspace --doc"],
     ),
     after(
-        &["python", "languages", "qemu", "browser", "build-images"],
+        &[
+            "python",
+            "languages",
+            "qemu",
+            "browser",
+            "build-images",
+            "masters",
+        ],
         step(
             Lane::Host,
             "test",
@@ -183,6 +191,12 @@ pub(crate) const GATE: &[Step] = &[
             "the images of all boards build",
             Work::Do(images::build),
         ),
+    ),
+    step(
+        Lane::Board,
+        "masters",
+        "the masters of others, which drive the virtual servos, build",
+        Work::Do(outside::masters),
     ),
     step(
         Lane::Board,
