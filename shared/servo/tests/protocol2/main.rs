@@ -1,5 +1,6 @@
-//! Packets of Protocol 2.0 against those of two independent masters, the vendor's SDK and pypot:
-//! see `vectors.txt`, and `tests/python/protocol2_vectors.py`, which made it.
+//! Packets of Protocol 2.0 against those of four independent masters: the vendor's SDK and pypot, see
+//! `vectors.txt`, and `tests/python/protocol2_vectors.py`, which made it; rustypot and dynamixel2, see
+//! `masters.txt`, and `tests/masters`, which made it.
 
 use armbridge_servo::protocol2::{BROADCAST, Frame, Instruction, Parser, Status};
 
@@ -35,71 +36,98 @@ fn check_instruction(instruction: Instruction<'_>, id: u8, packet: &[u8]) {
     });
 }
 
+/// An instruction to several servos, by its words.
+fn check_group(name: &str, address: &str, count: &str, bytes: &[u8], packet: &[u8]) {
+    let (address, count) = (number(address), number(count));
+    let instruction = match name {
+        "sync_read" => Instruction::SyncRead {
+            address,
+            count,
+            ids: bytes,
+        },
+        "fast_sync_read" => Instruction::FastSyncRead {
+            address,
+            count,
+            ids: bytes,
+        },
+        _ => Instruction::SyncWrite {
+            address,
+            count,
+            blocks: bytes,
+        },
+    };
+    check_instruction(instruction, BROADCAST, packet);
+}
+
+fn check_status(id: u8, error: u8, data: &[u8], packet: &[u8]) {
+    with_frame(packet, |frame| {
+        let status = Status::decode(frame).expect("a status packet");
+        assert_eq!((status.id, status.parameters), (id, data));
+        assert_eq!(status.is_alert, error & 0x80 != 0);
+        assert_eq!(status.error.is_some(), error & 0x7F != 0);
+        assert_eq!(status.encode::<BYTES_MAX>().expect("room"), *packet);
+    });
+}
+
+/// Checks a line: words and a packet.
+fn check(line: &str) {
+    let (words, packet) = line.split_once('|').expect("words and a packet");
+    let words: Vec<&str> = words.split_whitespace().collect();
+    let packet = bytes(&packet.split_whitespace().collect::<Vec<_>>());
+    let data;
+    let (instruction, id) = match words[..] {
+        ["ping", id] => (Instruction::Ping, id),
+        ["reboot", id] => (Instruction::Reboot, id),
+        ["action", id] => (Instruction::Action, id),
+        ["clear_turns", id] => (Instruction::ClearTurns, id),
+        ["factory_reset", id, what] => (Instruction::FactoryReset(number(what)), id),
+        ["read", id, address, count] => {
+            let (address, count) = (number(address), number(count));
+            (Instruction::Read { address, count }, id)
+        }
+        [name @ ("write" | "reg_write"), id, address, ref rest @ ..] => {
+            data = bytes(rest);
+            let (address, data) = (number(address), &data[..]);
+            let instruction = match name {
+                "write" => Instruction::Write { address, data },
+                _ => Instruction::RegWrite { address, data },
+            };
+            (instruction, id)
+        }
+        [name @ ("bulk_read" | "bulk_write"), ref rest @ ..] => {
+            data = bytes(rest);
+            let instruction = match name {
+                "bulk_read" => Instruction::BulkRead(&data),
+                _ => Instruction::BulkWrite(&data),
+            };
+            return check_instruction(instruction, BROADCAST, &packet);
+        }
+        [
+            name @ ("sync_read" | "fast_sync_read" | "sync_write"),
+            address,
+            count,
+            ref rest @ ..,
+        ] => return check_group(name, address, count, &bytes(rest), &packet),
+        ["status", id, error, ref rest @ ..] => {
+            return check_status(number(id), number(error), &bytes(rest), &packet);
+        }
+        _ => panic!("unknown: {line}"),
+    };
+    check_instruction(instruction, number(id), &packet);
+}
+
+/// Checks the lines that are no comments, and returns how many they are.
+fn check_all(text: &str) -> usize {
+    let lines = text.lines().filter(|line| !line.starts_with('#'));
+    lines.map(check).count()
+}
+
 #[test]
 fn packets_are_those_of_the_sdk() {
-    let lines = include_str!("vectors.txt").lines();
-    let mut count = 0;
-    for line in lines.filter(|line| !line.starts_with('#')) {
-        let (words, packet) = line.split_once('|').expect("words and a packet");
-        let words: Vec<&str> = words.split_whitespace().collect();
-        let packet = bytes(&packet.split_whitespace().collect::<Vec<_>>());
-        match words[..] {
-            ["ping", id] => check_instruction(Instruction::Ping, number(id), &packet),
-            ["reboot", id] => check_instruction(Instruction::Reboot, number(id), &packet),
-            ["read", id, address, count] => {
-                let (address, count) = (number(address), number(count));
-                check_instruction(Instruction::Read { address, count }, number(id), &packet);
-            }
-            ["write", id, address, ref data @ ..] => {
-                let (address, data) = (number(address), &bytes(data));
-                check_instruction(Instruction::Write { address, data }, number(id), &packet);
-            }
-            [
-                name @ ("sync_read" | "fast_sync_read"),
-                address,
-                count,
-                ref ids @ ..,
-            ] => {
-                let (address, count, ids) = (number(address), number(count), &bytes(ids));
-                let instruction = match name {
-                    "sync_read" => Instruction::SyncRead {
-                        address,
-                        count,
-                        ids,
-                    },
-                    _ => Instruction::FastSyncRead {
-                        address,
-                        count,
-                        ids,
-                    },
-                };
-                check_instruction(instruction, BROADCAST, &packet);
-            }
-            ["sync_write", address, count, ref blocks @ ..] => {
-                let (address, count, blocks) = (number(address), number(count), &bytes(blocks));
-                let instruction = Instruction::SyncWrite {
-                    address,
-                    count,
-                    blocks,
-                };
-                check_instruction(instruction, BROADCAST, &packet);
-            }
-            ["bulk_read", ref items @ ..] => {
-                check_instruction(Instruction::BulkRead(&bytes(items)), BROADCAST, &packet);
-            }
-            ["status", id, error, ref data @ ..] => {
-                let (error, data): (u8, _) = (number(error), bytes(data));
-                with_frame(&packet, |frame| {
-                    let status = Status::decode(frame).expect("a status packet");
-                    assert_eq!((status.id, status.parameters), (number(id), &data[..]));
-                    assert_eq!(status.is_alert, error & 0x80 != 0);
-                    assert_eq!(status.error.is_some(), error & 0x7F != 0);
-                    assert_eq!(status.encode::<BYTES_MAX>().expect("room"), *packet);
-                });
-            }
-            _ => panic!("unknown: {line}"),
-        }
-        count += 1;
-    }
-    assert_eq!(count, 42, "vectors");
+    assert_eq!(check_all(include_str!("vectors.txt")), 42, "vectors");
+}
+
+#[test]
+fn packets_are_those_of_rustypot_and_dynamixel2() {
+    assert_eq!(check_all(include_str!("masters.txt")), 55, "vectors");
 }
