@@ -55,6 +55,20 @@ pub fn script(name: &str) -> Command {
     command
 }
 
+/// The program of `tests/masters`, which drives servos by masters that others have written.
+///
+/// # Panics
+/// If it has not been built.
+pub fn masters() -> Command {
+    let program = target().join("masters/debug/masters");
+    assert!(
+        program.exists(),
+        "no {}: cargo verify --only masters",
+        program.display()
+    );
+    Command::new(program)
+}
+
 /// The run folder that `armbridge run` has printed: that of the log.
 ///
 /// # Panics

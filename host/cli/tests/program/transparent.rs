@@ -1,8 +1,8 @@
 //! Programs that were written for the vendor's USB adapter, as they are: its SDK
-//! and pypot, on a pseudo-terminal of `armbridge`.
+//! and pypot, rustypot and dynamixel2, on a pseudo-terminal of `armbridge`.
 //!
-//! Their scripts are in `tests/python/`. They have time limits of their
-//! own, of the wall clock, so they ask again where a busy machine was late.
+//! Their scripts are in `tests/python/`, and those in Rust in `tests/masters/`. They have
+//! time limits of their own, of the wall clock, so they ask again where a busy machine was late.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Output, Stdio};
@@ -11,6 +11,12 @@ use armbridge_tests::paths;
 
 /// The servos by themselves, at the rate that the terminal is set to.
 const SERVOS: &[&str] = &["serve", "servos", "--listen", "pty:", "--firmware", "stock"];
+
+/// The same of the X series.
+const X_SERVOS: &[&str] = &["serve", "servos", "--listen", "pty:", "--firmware", "x"];
+
+/// Masters in `tests/masters/`.
+const MASTERS: [&str; 2] = ["rustypot", "dynamixel2"];
 
 /// The same behind the transparent port of the emulated board, with its arm
 /// disarmed.
@@ -73,6 +79,19 @@ impl Served {
         print!("{}", String::from_utf8_lossy(&output.stdout));
     }
 
+    /// Runs one of the masters on it.
+    fn run_master(&self, master: &str) -> Output {
+        let mut masters = paths::masters();
+        masters.args([master, &self.terminal]).output().unwrap()
+    }
+
+    fn is_driven_by(&self, master: &str) {
+        let output = self.run_master(master);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{master}: {stderr}");
+        print!("{}", String::from_utf8_lossy(&output.stdout));
+    }
+
     fn fails(&self, script: &str, options: &[&str], why: &str) {
         let output = self.run(script, options);
         let stderr = String::from_utf8_lossy(&output.stderr);
@@ -110,16 +129,61 @@ fn the_sdk_and_pypot_work_with_stock_servos() {
 #[test]
 #[ignore = "needs the Python packages: run `cargo verify`"]
 fn the_sdk_works_with_x_servos() {
-    let servos = ["serve", "servos", "--listen", "pty:", "--firmware", "x"];
-    Served::start(&servos).passes("sdk2.py", &[]);
+    Served::start(X_SERVOS).passes("sdk2.py", &[]);
 }
 
 #[test]
 #[ignore = "needs QEMU, the emulator's image and the Python packages: run `cargo verify`"]
 fn the_sdk_works_with_x_servos_through_the_emulated_board() {
+    Served::start(&x_board(&[])).passes("sdk2.py", &[]);
+}
+
+/// The board with servos of the X series.
+fn x_board(options: &[&'static str]) -> Vec<&'static str> {
     let (last, before) = BOARD.split_last().unwrap();
     assert_eq!(*last, "stock");
-    Served::start(&[before, &["x"]].concat()).passes("sdk2.py", &[]);
+    [before, &["x"], options].concat()
+}
+
+#[test]
+#[ignore = "needs tests/masters: run `cargo verify`"]
+fn the_vectors_of_the_masters_are_those_that_they_make() {
+    let output = paths::masters().arg("vectors").output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
+    let kept = include_str!("../../../../shared/servo/tests/protocol2/masters.txt");
+    assert_eq!(String::from_utf8_lossy(&output.stdout), kept);
+}
+
+#[test]
+#[ignore = "needs tests/masters: run `cargo verify`"]
+fn rustypot_and_dynamixel2_work_with_x_servos() {
+    let servos = Served::start(X_SERVOS);
+    for master in MASTERS {
+        servos.is_driven_by(master);
+    }
+}
+
+#[test]
+#[ignore = "needs QEMU, the emulator's image and tests/masters: run `cargo verify`"]
+fn rustypot_and_dynamixel2_work_with_x_servos_through_the_emulated_board() {
+    let board = Served::start(&x_board(&["--plant", "xl430"]));
+    for master in MASTERS {
+        board.is_driven_by(master);
+    }
+}
+
+/// They see what is wrong.
+#[test]
+#[ignore = "needs tests/masters: run `cargo verify`"]
+fn rustypot_and_dynamixel2_miss_a_servo_that_is_not_there() {
+    let servos = Served::start(&[X_SERVOS, &["--ids", "1"]].concat());
+    for master in MASTERS {
+        let output = servos.run_master(master);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{stderr}");
+        assert!(stderr.contains("servos found"), "{master}: {stderr}");
+    }
 }
 
 #[test]
