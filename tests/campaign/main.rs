@@ -11,6 +11,7 @@ mod mutated_logs;
 mod paper;
 mod replay;
 mod streams;
+mod x_series;
 
 use std::path::PathBuf;
 

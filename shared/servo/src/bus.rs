@@ -59,6 +59,9 @@ pub trait Bus {
     /// transmission. The master then does not wait for that end, but for what follows it.
     const RELEASES_BY_ITSELF: bool;
 
+    /// Fastest rate in bits per second that the port makes within 1.5 %.
+    const BAUD_MAX: u32;
+
     /// Sends and receives at this many bits per second from now on. Called only
     /// while nothing is being sent.
     fn set_baud(&mut self, baud: u32);

@@ -72,6 +72,8 @@ where
     D: OutputPin,
 {
     const RELEASES_BY_ITSELF: bool = false;
+    /// The fastest of any servo: which rates a port has, its traits do not say.
+    const BAUD_MAX: u32 = 4_500_000;
 
     fn set_baud(&mut self, baud: u32) {
         self.serial.set_baud(baud);

@@ -13,8 +13,9 @@ use armbridge_sim::servo_kind::ServoKind;
 use armbridge_stm32_emulator::system::BusFaults;
 use armbridge_stm32_emulator::time::Time;
 use armbridge_tests::board_image::BoardRun;
-use armbridge_tests::plant;
 use armbridge_tests::tapped_bench::{Action, ScriptedHost, assert_all_equal, replay};
+use armbridge_tests::transparent_port;
+use armbridge_tests::{calibrations, plant};
 
 use super::{TestBoard, us};
 
@@ -168,7 +169,49 @@ fn stock_servos_are_found_and_polled(board: TestBoard) {
     assert_eq!(run.machine.system.bus_faults(), BusFaults::default());
 }
 
+/// X servos at the fastest rate of the board's port, at 2 kHz.
+fn x_servos_are_driven_at_two_kilohertz(board: TestBoard) {
+    // USART3 at 42 MHz, USART6 at 84 MHz.
+    let baud = if board.image == super::FEATHER.image {
+        3_000_000
+    } else {
+        4_000_000
+    };
+    let setup = Setup {
+        period_us: 500,
+        joints: calibrations(Firmware::XSeries),
+        ..Setup::best()
+    };
+    let arm = plant([0.02, -0.02], true);
+    let bench = transparent_port::bench(&arm, [Firmware::XSeries; 2], baud);
+    let run = held(board, setup, bench);
+    let driven: Vec<_> = (run.records())
+        .filter(|record| record.mode.drive() == Some(Drive::Regulate))
+        .collect();
+    assert!(driven.len() > 1_100, "{}", driven.len());
+    let sampled = driven.iter().flat_map(|record| record.input.samples);
+    assert_eq!(
+        sampled.filter(|sample| sample.counts().is_none()).count(),
+        0
+    );
+    let missed = driven.iter().map(|record| record.timing.missed).max();
+    assert_eq!(missed, Some(driven[0].timing.missed));
+    assert!(driven.iter().all(|record| record.dropped == 0));
+    assert_all_equal(&replay(&run.host.events));
+    let system = &run.machine.system;
+    assert_eq!(system.bus_faults(), BusFaults::default());
+    assert_eq!(system.bus_port().overruns(), 0);
+    let latest = releases(&run).into_iter().max().unwrap();
+    let bus_us = driven.iter().map(|record| record.timing.bus_us).max();
+    println!(
+        "{baud} baud: bus {bus_us:?} us, released after {} ns",
+        latest.as_ns()
+    );
+    assert!(latest <= RELEASE_MAX, "{} ns", latest.as_ns());
+}
+
 on_each_board! {
+    x_servos_are_driven_at_two_kilohertz,
     the_arm_is_held_upright_as_the_bench_would,
     an_armed_millisecond_costs_no_more_than_stated,
     the_stack_has_room_for_every_command,

@@ -9,7 +9,7 @@ use armbridge_link::message::{Command, Missing, Setup, ToHost};
 use armbridge_servo::Firmware;
 use armbridge_servo::master::Readiness;
 use armbridge_servo::master::timing::tick_us;
-use armbridge_servo::port::{BAUD_RATES, bytes_us};
+use armbridge_servo::port::{AX12A_BAUD_MAX, BAUD_RATES, bytes_us};
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::{Cosim, CosimError};
@@ -28,19 +28,22 @@ fn tick_bytes(firmware: Firmware) -> u32 {
 #[test]
 fn servos_are_found_at_every_rate_and_driven_as_fast_as_it_allows() {
     for firmware in Firmware::ALL {
-        for (nominal, rate) in [1_000_000, 500_000, 115_200, 57_600]
-            .into_iter()
-            .zip(BAUD_RATES)
-        {
-            if (firmware, nominal) == (Firmware::XSeries, 500_000) {
-                // It has no such rate.
+        let nominal = [1_000_000, 500_000, 115_200, 57_600];
+        let rates = nominal.into_iter().zip(BAUD_RATES);
+        let fast = BAUD_RATES.into_iter().filter(|rate| *rate > AX12A_BAUD_MAX);
+        for (nominal, rate) in rates.chain(fast.map(|rate| (rate, rate))) {
+            let has_rate = match firmware {
+                Firmware::Morpheus | Firmware::Stock => rate <= AX12A_BAUD_MAX,
+                Firmware::XSeries => rate != 500_000,
+            };
+            if !has_rate {
                 continue;
             }
             let least_us = tick_us(firmware, rate, Readiness::Prepared);
-            let period_us = if (firmware, rate) == (Firmware::Morpheus, 1_000_000) {
-                600
-            } else {
-                least_us.div_ceil(100) * 100
+            let period_us = match (firmware, rate) {
+                (Firmware::Morpheus, 1_000_000) => 600,
+                (Firmware::XSeries, _) => least_us.div_ceil(50) * 50,
+                _ => least_us.div_ceil(100) * 100,
             };
             let setup = Setup {
                 period_us,

@@ -24,6 +24,7 @@ pub(crate) struct AnyBus(pub(crate) [u8; 64]);
 
 impl Bus for AnyBus {
     const RELEASES_BY_ITSELF: bool = true;
+    const BAUD_MAX: u32 = 4_500_000;
 
     fn set_baud(&mut self, baud: u32) {
         black_box(baud);

@@ -29,6 +29,7 @@ pub struct BusLine {
 
 impl Bus for BusLine {
     const RELEASES_BY_ITSELF: bool = true;
+    const BAUD_MAX: u32 = 4_500_000;
 
     fn set_baud(&mut self, baud: u32) {
         memory::set_baud(baud);

@@ -15,7 +15,7 @@
 //!
 //! A circular stream writes all that is received into a ring, for ever. Nothing is lost between
 //! two exchanges or while the core is busy, but by a lap of the ring: [`RX_LEN`] bytes are
-//! 2.5 ms at 2 Mbaud, and in an exchange the tick reads it once a millisecond. The tick is woken
+//! 2.5 ms at 2 Mbaud and 1.3 ms at 4, and in an exchange the tick reads it once a millisecond. The tick is woken
 //! by an idle line, 10 bits after the last stop bit, if as many bytes as it waits for are
 //! there; or by an error.
 //!
@@ -26,11 +26,11 @@
 //! | NF   | three samples of a bit disagreed, and were voted upon | not: the packet's checksum decides |
 //!
 //! An error is placed by the position of the stream when its interrupt runs. Dropping two bytes
-//! makes that certain if interrupts are masked for less than a byte, 10 µs at 1 Mbaud; beyond,
+//! makes that certain if interrupts are masked for less than a byte, 10 µs at 1 Mbaud and 2.5 at 4; beyond,
 //! the checksum is left. All flags are cleared by a read of SR and one of DR, which
 //! takes no byte from the stream: it waits until that has emptied the register.
 
-use super::baud::set_divider;
+use super::baud::{baud_max, set_divider};
 use super::clock::Clock;
 use super::wiring::Wiring;
 use crate::crash::memory;
@@ -263,6 +263,7 @@ impl<W: Wiring> HalfDuplexBus<W> {
 
 impl<W: Wiring> Bus for HalfDuplexBus<W> {
     const RELEASES_BY_ITSELF: bool = true;
+    const BAUD_MAX: u32 = baud_max(W::USART_MHZ);
 
     /// Keeps it for the stop sequence after a reset, too.
     fn set_baud(&mut self, baud: u32) {

@@ -56,8 +56,8 @@ pub(crate) struct FaultCampaignArgs {
         conflicts_with = "seed"
     )]
     pub(crate) kinds: Vec<Kind>,
-    /// Run only seeds with servos of this firmware.
-    #[arg(long, value_enum, conflicts_with = "seed")]
+    /// Run only seeds with servos of this firmware; x: every seed, with servos of the X series.
+    #[arg(long, value_enum)]
     pub(crate) servos: Option<ServosName>,
     /// The board does this in every case, instead of what the seed has it do.
     #[arg(long, value_name = "ACTIVITY")]
@@ -80,6 +80,8 @@ pub(crate) enum ServosName {
     Morpheus,
     /// The vendor's, on an AX-12A as sold.
     Stock,
+    /// The vendor's, on servos of the X series.
+    X,
 }
 
 impl From<ServosName> for Firmware {
@@ -87,6 +89,7 @@ impl From<ServosName> for Firmware {
         match name {
             ServosName::Morpheus => Self::Morpheus,
             ServosName::Stock => Self::Stock,
+            ServosName::X => Self::XSeries,
         }
     }
 }
@@ -154,6 +157,10 @@ pub(super) fn verdict(campaign: &Campaign) -> ExitCode {
 /// The case of a seed, changed as requested.
 fn case(args: &FaultCampaignArgs, seed: u64) -> Case {
     let case = Case::with_activity(seed, args.activity);
+    let case = match args.servos {
+        Some(ServosName::X) => case.with_x_servos(),
+        Some(ServosName::Morpheus | ServosName::Stock) | None => case,
+    };
     if args.park { case.with_pose() } else { case }
 }
 

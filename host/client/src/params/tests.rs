@@ -232,7 +232,7 @@ fn errors_have_the_permitted_values() {
         (
             "setup.period_us",
             "1.5",
-            "`setup.period_us` cannot be 1.5: it takes an integer from 600 to 100000, as 1000",
+            "`setup.period_us` cannot be 1.5: it takes an integer from 450 to 100000, as 1000",
         ),
         (
             "joint1.direction",

@@ -5,8 +5,9 @@
 //! singles, and there are 1653 pairs. All other properties are random.
 
 use armbridge_board::tick::limits::CHECK_PERIOD_MAX_US;
-use armbridge_control::actuator::Direction;
+use armbridge_control::actuator::{Direction, Joint};
 use armbridge_control::arm::State;
+use armbridge_control::encoder::Encoder;
 use armbridge_link::limits::{Milliradians, hard};
 use armbridge_link::message::{Command, Limits, Setup};
 use armbridge_servo::{Firmware, JOINTS};
@@ -43,6 +44,8 @@ const POLL_US: u64 = 1_500_000;
 const POLL_TICKS: u64 = 70;
 /// Makes the draws of a pose others than those of its case.
 const POSE_SEED: u64 = 0x7061_726B_0000_0000;
+/// Makes the draws of X servos others than those of their case.
+const X_SEED: u64 = 0x7873_6572_0000_0000;
 /// Distance in rad of obstacles from where the arm begins.
 const OBSTACLE_RAD: f64 = 0.05;
 
@@ -187,6 +190,29 @@ impl Case {
         }
     }
 
+    /// The same case with servos of the X series: bus and set-up are others, and nothing else.
+    #[must_use]
+    pub fn with_x_servos(self) -> Self {
+        let mut draw = Random::new(self.seed ^ X_SEED);
+        let mut pick = |count: usize| draw.below(count as u64) as usize;
+        let set_ups = |bus: &Bus| bus.set_ups(self.activity);
+        let can_do = |bus: &Bus| !set_ups(bus).is_empty();
+        let buses: Vec<Bus> = Bus::of_x_servos().filter(can_do).collect();
+        let bus = buses[pick(buses.len())];
+        let set_ups = set_ups(&bus);
+        Self {
+            bus,
+            set_up: set_ups[pick(set_ups.len())],
+            ..self
+        }
+    }
+
+    /// Counts of an AX-12A's encoder that are as large an angle as these of the servos'.
+    pub(super) fn ax12a_counts(&self, counts: f64) -> f64 {
+        let rad_per_count = Encoder::of(self.servos()).nominal_rad_per_count();
+        counts * rad_per_count / Encoder::Ax12a.nominal_rad_per_count()
+    }
+
     /// Firmware of the servos.
     pub fn servos(&self) -> Firmware {
         self.bus.servos
@@ -195,6 +221,9 @@ impl Case {
     /// Parameters of the board that are right for the arm.
     pub(super) fn right_setup(&self) -> Setup {
         let mut setup = self.set_up.setup();
+        if self.servos() == Firmware::XSeries {
+            setup.joints = [Joint::x_series(); JOINTS];
+        }
         if let Some(rot) = self.find(Kind::FlashRot) {
             // The saved settings differ from the default in what matters most.
             setup.joints[rot.servo].direction = Direction::Reverse;
@@ -249,7 +278,10 @@ impl Case {
             noise_lsb_rms: self.noise_counts,
             ..PlantConfig::default()
         };
-        let mut joints = plant.joints;
+        let mut joints = match Encoder::of(self.servos()) {
+            Encoder::Ax12a => plant.joints,
+            Encoder::XSeries => [Joint::x_series(); JOINTS],
+        };
         for (joint, right) in joints.iter_mut().zip(self.right_setup().joints) {
             joint.direction = right.direction;
         }

@@ -28,11 +28,11 @@ const ALL: f64 = 0.94;
 const REPLAY_ALONE: f64 = 0.5;
 /// Time in µs after arming within which the motors are checked, at the longest period of that.
 const CHECKED_US: u64 = 1_000_000;
-/// Step of an encoder, in counts, that no motion explains: twice the innovation's limit.
+/// Step of an encoder, in counts of an AX-12A, that no motion explains: twice the innovation's limit.
 const STEP_COUNTS: f64 = 40.0;
 /// Noise of an encoder, in counts, whose equal samples are never credible for long.
 const RUN_NOISE_COUNTS: f64 = 0.8;
-/// Drift of an encoder, in counts, that takes the arm as far as it may be: 0.5 rad.
+/// Drift of an encoder, in counts of an AX-12A, that takes the arm as far as it may be: 0.5 rad.
 const DRIFT_COUNTS: f64 = 98.0;
 
 /// Whether this injection requires a fault. A board that is not armed may detect one, but
@@ -128,10 +128,10 @@ fn when_ready(injection: &Injection, case: &Case) -> FaultExpectation {
                 expectation => expectation,
             }
         }
-        Kind::EncoderStep => required_if(is_closed && amount.abs() > STEP_COUNTS),
+        Kind::EncoderStep => required_if(is_closed && case.ax12a_counts(amount.abs()) > STEP_COUNTS),
         Kind::EncoderDrift => {
             let drift_counts = amount.abs() * case.observation_us() as f64 * 1e-6;
-            required_if(is_closed && drift_counts > DRIFT_COUNTS)
+            required_if(is_closed && case.ax12a_counts(drift_counts) > DRIFT_COUNTS)
         }
         Kind::TorqueSign | Kind::SwappedFirst => required_if(is_balanced),
         // Where no controller or float holds the joint only the missing noise shows.

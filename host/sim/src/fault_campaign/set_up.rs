@@ -69,6 +69,24 @@ const BUSES: [(Firmware, u32, usize); 8] = [
     (Firmware::Stock, 115_200, 1),
 ];
 
+/// Set-ups of X servos alone, beside the others: too fast for any AX-12A.
+const FAST_SET_UPS: [SetUp; 2] = [
+    SetUp::new(Control::Lqr, 500),
+    SetUp::new(Control::Kalman, 500),
+];
+
+/// Speed of a bus of X servos, with its share of the cases.
+const X_BUSES: [(u32, usize); 5] = [
+    (1_000_000, 3),
+    (4_000_000, 2),
+    (2_000_000, 1),
+    (115_200, 1),
+    (57_600, 1),
+];
+
+/// Longest period at which X servos are driven, whose watchdog is 20 ms.
+const X_PERIOD_MAX_US: u32 = 10_000;
+
 /// Servos and the speed of their bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Bus {
@@ -86,12 +104,29 @@ impl Bus {
             .flat_map(|(servos, baud, share)| std::iter::repeat_n(Self { servos, baud }, share))
     }
 
+    /// All buses of X servos; the usual one several times.
+    pub(super) fn of_x_servos() -> impl Iterator<Item = Self> {
+        let servos = Firmware::XSeries;
+        X_BUSES
+            .into_iter()
+            .flat_map(move |(baud, share)| std::iter::repeat_n(Self { servos, baud }, share))
+    }
+
     /// The set-ups that it is fast enough for, and that this work of the board permits.
     pub(super) fn set_ups(self, activity: Activity) -> Vec<SetUp> {
         let least_us = tick_us(self.servos, self.baud, Readiness::Prepared);
         let is_possible =
             |set_up: &SetUp| set_up.period_us >= least_us && activity.permits(set_up.period_us);
-        SET_UPS.into_iter().filter(is_possible).collect()
+        match self.servos {
+            Firmware::Morpheus | Firmware::Stock => {
+                SET_UPS.into_iter().filter(is_possible).collect()
+            }
+            Firmware::XSeries => FAST_SET_UPS
+                .into_iter()
+                .chain(SET_UPS)
+                .filter(|set_up| is_possible(set_up) && set_up.period_us <= X_PERIOD_MAX_US)
+                .collect(),
+        }
     }
 }
 
@@ -149,7 +184,7 @@ impl fmt::Display for SetUp {
             Control::Difference => "difference",
             Control::Printed => "printed",
         };
-        write!(f, "{control} {} ms", self.period_us / 1_000)
+        write!(f, "{control} {} ms", f64::from(self.period_us) / 1e3)
     }
 }
 
@@ -161,14 +196,15 @@ mod tests {
 
     #[test]
     fn every_set_up_is_accepted_and_has_a_bus() {
-        for set_up in SET_UPS {
+        let all = || Bus::all().chain(Bus::of_x_servos());
+        for set_up in SET_UPS.into_iter().chain(FAST_SET_UPS) {
             let settings = Settings {
                 setup: set_up.setup(),
                 ..Settings::default()
             };
             assert_eq!(settings_refusal(&settings), None, "{set_up:?}");
-            assert!(Bus::all().any(|bus| bus.set_ups(Activity::Idle).contains(&set_up)));
+            assert!(all().any(|bus| bus.set_ups(Activity::Idle).contains(&set_up)));
         }
-        assert!(Bus::all().all(|bus| bus.set_ups(Activity::Idle).len() >= 3));
+        assert!(all().all(|bus| bus.set_ups(Activity::Idle).len() >= 3));
     }
 }

@@ -7,6 +7,7 @@ use armbridge_client::event::{Direction, Event, LinkDecoder};
 use armbridge_link::board::HELLO_BITS;
 use armbridge_link::frame::Decoder;
 use armbridge_link::message::{BoardReport, End, LastEnd, Mode, OffReport, Record, ToHost};
+use armbridge_servo::protocol2::model;
 use armbridge_servo::{JOINTS, Pwm};
 
 use super::fixture::Ends;
@@ -15,7 +16,7 @@ use crate::board::{Board, Input, Output, VirtualBoard, Wake};
 /// Packet of a tick that sets the PWM of both servos of one firmware.
 struct PwmPacket {
     /// Its first bytes.
-    head: [u8; 7],
+    head: &'static [u8],
     len: usize,
     /// Bytes of each servo's value in it, low byte first.
     at: [Range<usize>; JOINTS],
@@ -23,11 +24,11 @@ struct PwmPacket {
     deviation: fn(u16) -> u16,
 }
 
-const PWM_PACKETS: [PwmPacket; 2] = [
+const PWM_PACKETS: [PwmPacket; 3] = [
     // Morpheus: `SYNC_WR` from 0x0F on, three bytes each, of which the last two are
     // the PWM.
     PwmPacket {
-        head: [0xAA, 13, 0xFF, 0xFE, 0x83, 0x0F, 3],
+        head: &[0xAA, 13, 0xFF, 0xFE, 0x83, 0x0F, 3],
         len: 16,
         at: [9..11, 13..15],
         deviation: |pwm| pwm.abs_diff(Pwm::OFF.counts()),
@@ -35,12 +36,22 @@ const PWM_PACKETS: [PwmPacket; 2] = [
     // Stock: `SYNC_WRITE` of the moving speed, two bytes each: the duty, 1023 for all,
     // with bit 10 for the sign.
     PwmPacket {
-        head: [0xFF, 0xFF, 0xFE, 10, 0x83, 32, 2],
+        head: &[0xFF, 0xFF, 0xFE, 10, 0x83, 32, 2],
         len: 14,
         at: [8..10, 11..13],
         deviation: |duty| {
             let share = f64::from(duty & 1023) / 1023.0;
             (share * f64::from(Pwm::OFF.counts())).round() as u16
+        },
+    },
+    // X: Sync Write of the goal PWM, two bytes each: the duty with its sign, 885 for all.
+    PwmPacket {
+        head: &[0xFF, 0xFF, 0xFD, 0, 0xFE, 13, 0, 0x83, 100, 0, 2, 0],
+        len: 20,
+        at: [13..15, 16..18],
+        deviation: |duty| {
+            let share = f64::from(duty.cast_signed()) / f64::from(model::FULL);
+            (share.abs() * f64::from(Pwm::OFF.counts())).round() as u16
         },
     },
 ];
@@ -187,7 +198,7 @@ fn sent_deviations(bytes: &[u8]) -> impl Iterator<Item = u16> {
     PWM_PACKETS.iter().flat_map(|layout| {
         bytes
             .windows(layout.len)
-            .filter(|packet| packet.starts_with(&layout.head))
+            .filter(|packet| packet.starts_with(layout.head))
             .flat_map(|packet| {
                 layout.at.clone().map(|at| {
                     let bytes = at.rev().filter_map(|byte| packet.get(byte));
@@ -204,6 +215,7 @@ mod tests {
     use armbridge_board::bridge::SERVO_IDS;
     use armbridge_servo::morpheus::Request;
     use armbridge_servo::protocol1::{BROADCAST, Instruction};
+    use armbridge_servo::protocol2;
 
     #[test]
     fn pwm_packets_are_decoded() {
@@ -218,5 +230,13 @@ mod tests {
         };
         let bytes = speeds.encode::<16>(BROADCAST).unwrap();
         assert_eq!(sent_deviations(&bytes).collect::<Vec<_>>(), [1_000, 500]);
+        let [forth, back] = [708_i16, -885].map(i16::to_le_bytes);
+        let goals = protocol2::Instruction::SyncWrite {
+            address: protocol2::register::GOAL_PWM,
+            count: 2,
+            blocks: &[1, forth[0], forth[1], 2, back[0], back[1]],
+        };
+        let bytes = goals.encode::<20>(protocol2::BROADCAST).unwrap();
+        assert_eq!(sent_deviations(&bytes).collect::<Vec<_>>(), [800, 1_000]);
     }
 }

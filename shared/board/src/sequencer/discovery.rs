@@ -1,22 +1,25 @@
 //! Discovery: search for the servos, their speed and their firmware.
 //!
 //! ```text
-//! at each of BAUD_RATES: stop -> ping joint 1 (Morpheus, stock, X) -> ping joint 2 -> ..
+//! at each baud rate: stop -> ping joint 1 (Morpheus, stock, X) -> ping joint 2 -> ..
 //!   all found, one firmware  -> position chain (Morpheus), read the settings (stock, X)
 //!   none found               -> the next speed
 //!   otherwise                -> a notification to the host; a pause; from the beginning
 //! ```
 //!
-//! The stop sequence precedes any request at a speed.
+//! The stop sequence precedes any request at a speed. Above 1 Mbaud, which the X series alone has,
+//! there are no pings of the others; and the search ends at the fastest rate of the port.
 
 use armbridge_link::message::{Missing, Sample};
-use armbridge_servo::port::BAUD_RATES;
+use armbridge_servo::port::AX12A_BAUD_MAX;
 use armbridge_servo::{Firmware, JOINTS};
 
 /// Progress of the search.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Discovery {
-    /// Index of the baud rate of the search.
+    /// Baud rates of the search, the likeliest first.
+    rates: &'static [u32],
+    /// Index of the present one.
     rate: usize,
     found: [Option<Firmware>; JOINTS],
     /// Reason for the missing reply of each servo that did not answer.
@@ -39,20 +42,33 @@ pub(super) enum Next {
 }
 
 impl Discovery {
-    /// The first ping, of Morpheus: the stop sequence ends with its packets.
-    pub(super) const FIRST: Next = Next::Ping {
-        joint: 0,
-        firmware: Firmware::Morpheus,
-    };
+    /// A search at these baud rates, the likeliest first.
+    pub(super) fn new(rates: &'static [u32]) -> Self {
+        Self {
+            rates,
+            rate: 0,
+            found: [None; JOINTS],
+            faults: [None; JOINTS],
+        }
+    }
+
+    /// Firmware of the first ping of a servo: Morpheus, with whose packets the stop sequence ends,
+    /// where the speed permits.
+    pub(super) fn first_firmware(&self) -> Firmware {
+        match self.baud() {
+            Some(baud) if baud > AX12A_BAUD_MAX => Firmware::XSeries,
+            _ => Firmware::Morpheus,
+        }
+    }
 
     /// Restarts the search at the likeliest speed.
     pub(super) fn rewind(&mut self) {
-        *self = Self::default();
+        *self = Self::new(self.rates);
     }
 
     /// The present speed of the search; `None` beyond the last.
     pub(super) fn baud(&self) -> Option<u32> {
-        BAUD_RATES.get(self.rate).copied()
+        self.rates.get(self.rate).copied()
     }
 
     /// Begins the search at the present speed again.
@@ -99,7 +115,7 @@ impl Discovery {
             Firmware::Morpheus | Firmware::Stock | Firmware::XSeries if joint + 1 < JOINTS => {
                 Next::Ping {
                     joint: joint + 1,
-                    firmware: Firmware::Morpheus,
+                    firmware: self.first_firmware(),
                 }
             }
             Firmware::Morpheus | Firmware::Stock | Firmware::XSeries => self.conclude_speed(),
@@ -117,7 +133,7 @@ impl Discovery {
                 Next::Mixed(self.found.map(|found| found.unwrap_or(first)))
             }
             // None found at this speed.
-            (found, _) if found == [None; JOINTS] && self.rate + 1 < BAUD_RATES.len() => {
+            (found, _) if found == [None; JOINTS] && self.rate + 1 < self.rates.len() => {
                 self.rate += 1;
                 Next::OtherSpeed
             }

@@ -84,7 +84,7 @@ use armbridge_link::record::Permission;
 use armbridge_servo::bus::Bus;
 use armbridge_servo::master::timing::tick_us;
 use armbridge_servo::master::{Master, Payload};
-use armbridge_servo::port::BAUD_RATES;
+use armbridge_servo::port::{BAUD_RATES, baud_rates_to};
 use armbridge_servo::{Firmware, JOINTS, ServoId};
 use discovery::Discovery;
 use force_off::ForceOff;
@@ -135,7 +135,7 @@ impl<B: Bus> BusSequencer<B> {
             permission: Permission::Search,
             stops: StopPlan::default(),
             client_speeds: Speeds::new(),
-            discovery: Discovery::default(),
+            discovery: Discovery::new(baud_rates_to(B::BAUD_MAX)),
             setup: ServoSetup::default(),
             health: HealthPoll::default(),
             off: ForceOff::default(),
@@ -289,7 +289,7 @@ impl<B: Bus> BusSequencer<B> {
         let others: &[u32] = if self.client_speeds.is_empty() {
             &[]
         } else {
-            &BAUD_RATES
+            baud_rates_to(B::BAUD_MAX)
         };
         self.stops = StopPlan::new(likely, others);
     }

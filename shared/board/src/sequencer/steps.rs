@@ -4,7 +4,7 @@ use super::discovery::Next;
 use super::idle_request::Owner;
 use super::servo_setup::Progress;
 use super::setup_step::{SetupGoal, SetupStep};
-use super::{BusEvent, BusSequencer, Discovery, SearchStep, State};
+use super::{BusEvent, BusSequencer, SearchStep, State};
 use crate::checkpoints::{Checkpoints, Machine};
 use armbridge_link::message::{Missing, Sample};
 use armbridge_link::record::Permission;
@@ -132,10 +132,10 @@ impl<B: Bus> BusSequencer<B> {
             }
             (Transaction::Request(_), _) => self.finish_request(),
             (Transaction::Stop, State::Search(SearchStep::Stop)) if !self.is_planned_stop => {
-                let Next::Ping { joint, firmware } = Discovery::FIRST else {
-                    return BusEvent::Searching;
-                };
-                self.state = State::Search(SearchStep::Ping { joint, firmware });
+                self.state = State::Search(SearchStep::Ping {
+                    joint: 0,
+                    firmware: self.discovery.first_firmware(),
+                });
                 BusEvent::Searching
             }
             (Transaction::Ping { joint }, State::Search(SearchStep::Ping { firmware, .. })) => {

@@ -9,7 +9,7 @@ use armbridge_servo::master::Transaction;
 use heapless::Vec;
 
 /// Capacity for speeds: those of the servos, a client's last, and those of discovery.
-const SPEEDS_MAX: usize = 8;
+const SPEEDS_MAX: usize = 12;
 
 /// Speeds in bits per second, without repetition.
 pub(super) type Speeds = Vec<u32, SPEEDS_MAX>;
@@ -129,6 +129,6 @@ mod tests {
         for baud in 1..=20 {
             add_speed(&mut speeds, baud);
         }
-        assert_eq!(speeds, [1, 14, 15, 16, 17, 18, 19, 20]);
+        assert_eq!(speeds, [1, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20]);
     }
 }

@@ -14,9 +14,9 @@ pub const LATE_MAX_US: u64 = 20_000;
 /// Largest reference angle: well inside the stops, so that an overshoot is too.
 pub const REFERENCE_MAX_RAD: f32 = 1.2;
 
-/// Shortest tick that any bus allows: Morpheus servos at 1 Mbaud. The limit of the
+/// Shortest tick that any bus allows: X servos at 4 Mbaud. The limit of the
 /// present bus is [`tick_us`](armbridge_servo::master::timing::tick_us).
-pub const PERIOD_MIN_US: u32 = 600;
+pub const PERIOD_MIN_US: u32 = 450;
 
 /// Longest tick. The upright arm doubles its angle in 360 ms.
 pub const PERIOD_MAX_US: u32 = 100_000;

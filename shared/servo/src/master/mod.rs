@@ -38,6 +38,7 @@
 //!
 //! impl Bus for Line {
 //!     const RELEASES_BY_ITSELF: bool = true;
+//!     const BAUD_MAX: u32 = 1_000_000;
 //!     fn set_baud(&mut self, _baud: u32) {}
 //!     fn send(&mut self, bytes: &[u8], _after: LineAfter) {
 //!         self.0 = bytes == CYCLE;

@@ -12,8 +12,6 @@
 //! | 2 Mbaud    | 300 µs | 100 µs | 200 µs                      | 600 µs          |
 //! | 4 Mbaud    | 150 µs | 100 µs | 200 µs                      | 450 µs          |
 //!
-//! Discovery searches at 1 Mbaud and less, so that the other rows are computed only.
-//!
 //! The e-Manual gives the return delay, which bring-up sets to [`RETURN_DELAY_US`], and no time for
 //! the processing of an instruction: [`PROCESSING_US`] is an assumption, to be measured.
 

@@ -71,7 +71,7 @@ pub struct Model {
 /// Position counts of a turn: 12 bits, in all of them.
 pub(super) const TURN: u16 = 4_096;
 /// PWM counts of full duty, in all of them.
-pub(super) const FULL: u16 = 885;
+pub const FULL: u16 = 885;
 
 const fn model(
     number: u16,

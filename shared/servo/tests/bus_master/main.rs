@@ -44,6 +44,7 @@ struct Hardware {
 
 impl Bus for Hardware {
     const RELEASES_BY_ITSELF: bool = true;
+    const BAUD_MAX: u32 = 4_500_000;
 
     fn set_baud(&mut self, baud: u32) {
         assert_eq!(baud, 1_000_000);
