@@ -38,6 +38,7 @@ use armbridge_servo::bus::{Bus, LineAfter, Received, SEND_MAX, Transmission};
 use core::marker::PhantomData;
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 use embassy_stm32::pac::dma::vals::{Dir, Pl};
+use embassy_stm32::pac::usart::Usart;
 use embassy_stm32::pac::usart::regs::{Cr1, Cr3Usart, Sr};
 use embedded_hal_nb::serial::ErrorKind;
 
@@ -56,9 +57,11 @@ const DAMAGED: u32 = 2;
 const HAS_ERROR: u32 = 1 << 31;
 const IS_OVERRUN: u32 = 1 << 30;
 
-/// CR1 while nothing is sent: 8N1, with the interrupt of an idle line.
-fn cr1(is_sending: bool) -> Cr1 {
+/// CR1 while nothing is sent, or while something is: 8N1, with the interrupt of an idle line, and
+/// the samples of a bit as the baud rate has set them.
+fn cr1(usart: Usart, is_sending: bool) -> Cr1 {
     let mut cr1 = Cr1(0);
+    cr1.set_over8(usart.cr1().read().over8());
     cr1.set_ue(true);
     cr1.set_te(true);
     cr1.set_re(true);
@@ -125,7 +128,7 @@ impl<W: Wiring> HalfDuplex<W> {
         // Errors are interrupts while DMA receives.
         cr3.set_eie(true);
         usart.cr3().write_value(cr3);
-        usart.cr1().write_value(cr1(false));
+        usart.cr1().write_value(cr1(usart, false));
     }
 
     /// Handles the USART's interrupt; whether the tick is to be woken.
@@ -137,7 +140,7 @@ impl<W: Wiring> HalfDuplex<W> {
                 if self.releases.load(Ordering::Relaxed) {
                     W::DIRECTION.set(false);
                 }
-                usart.cr1().write_value(cr1(false));
+                usart.cr1().write_value(cr1(usart, false));
                 self.is_sending.store(false, Ordering::Relaxed);
             } else {
                 Self::clear_tc();
@@ -225,7 +228,7 @@ impl<W: Wiring> HalfDuplex<W> {
             w.set_minc(true);
             w.set_en(true);
         });
-        W::USART.cr1().write_value(cr1(count > 0));
+        W::USART.cr1().write_value(cr1(W::USART, count > 0));
     }
 }
 

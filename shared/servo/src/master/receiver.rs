@@ -183,12 +183,19 @@ impl Receiver {
         is_echoing: bool,
         is_echo_disturbed: bool,
     ) {
+        let bytes_held = self.parser.bytes_held();
+        let is_whole = match self.replies.expected {
+            ExpectedReplies::Fast => protocol2::ends_with_part(bytes_held),
+            ExpectedReplies::Servo(..)
+            | ExpectedReplies::Chain(_)
+            | ExpectedReplies::Request(_) => false,
+        };
         let missing = match self.replies.fault {
             RxFault::LineError => Missing::Line,
             _ if is_echo_disturbed => Missing::Line,
             RxFault::BadChecksum => Missing::BadChecksum,
             RxFault::UnexpectedReply => Missing::WrongId,
-            RxFault::Bytes if self.parser.bytes_held() > 0 => Missing::Short,
+            RxFault::Bytes if bytes_held > 0 && !is_whole => Missing::Short,
             RxFault::NoBytes if is_echoing => Missing::EchoOnly,
             RxFault::Bytes | RxFault::NoBytes => Missing::Silence,
         };

@@ -174,12 +174,10 @@ impl Protocol for Protocol2 {
         data.len() == 3
     }
 
-    /// Within one turn: a joint that has left it has no position.
+    /// Within one turn: a joint that has left it is at its nearer end, beyond every limit.
     fn position(data: &[u8]) -> Option<u16> {
         let counts = i32::from_le_bytes(data.try_into().ok()?);
-        (0..model::TURN.into())
-            .contains(&counts)
-            .then_some(counts as u16)
+        Some(counts.clamp(0, i32::from(model::TURN) - 1) as u16)
     }
 
     fn read_query<const N: usize>(id: u8, address: u16, count: u16) -> Option<Query<N>> {
@@ -261,6 +259,19 @@ pub(crate) fn position_parts(packet: &[u8]) -> impl Iterator<Item = Result<Part<
     FastStatus::new(packet, POSITION_BYTES.into())
         .into_iter()
         .flatten()
+}
+
+/// Whether so many bytes of the reply to a tick's `FAST_SYNC_READ` end with the part of a servo:
+/// those after it are silent.
+pub(crate) const fn ends_with_part(bytes: usize) -> bool {
+    let mut servos = 1;
+    while servos < JOINTS {
+        if bytes == FastStatus::packet_bytes(servos, POSITION_BYTES as usize) {
+            return true;
+        }
+        servos += 1;
+    }
+    false
 }
 
 fn query<const N: usize>(id: u8, instruction: &Instruction2, data: u16) -> Option<Query<N>> {
