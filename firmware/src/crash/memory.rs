@@ -10,8 +10,8 @@ use armbridge_link::message::{BoardReport, End, LastEnd};
 use armbridge_servo::port::BAUD_RATES;
 use core::sync::atomic::{AtomicU32, Ordering};
 
-/// Bits per second that an AX-12A can be set to.
-const SERVO_BAUD: core::ops::RangeInclusive<u32> = 7_800..=2_000_000;
+/// Bits per second that a servo can be set to: the slowest of an AX-12A, the fastest of the X series.
+const SERVO_BAUD: core::ops::RangeInclusive<u32> = 7_800..=4_500_000;
 
 struct Memory {
     record: [AtomicU32; WORDS],
@@ -130,6 +130,8 @@ mod tests {
         let first = begin(End::PowerUp);
         assert_eq!(first.last_end.cause, End::PowerUp);
         set_tick(41);
+        set_baud(4_500_000);
+        assert_eq!(baud(), 4_500_000);
         set_baud(57_142);
         let end = LastEnd {
             cause: End::HardFault,

@@ -57,16 +57,15 @@ const DAMAGED: u32 = 2;
 const HAS_ERROR: u32 = 1 << 31;
 const IS_OVERRUN: u32 = 1 << 30;
 
-/// CR1 while nothing is sent, or while something is: 8N1, with the interrupt of an idle line, and
-/// the samples of a bit as the baud rate has set them.
-fn cr1(usart: Usart, is_sending: bool) -> Cr1 {
+/// CR1 while nothing is sent: 8N1, with the interrupt of an idle line. The samples of a bit are as
+/// the baud rate has set them.
+fn idle_cr1(usart: Usart) -> Cr1 {
     let mut cr1 = Cr1(0);
     cr1.set_over8(usart.cr1().read().over8());
     cr1.set_ue(true);
     cr1.set_te(true);
     cr1.set_re(true);
     cr1.set_idleie(true);
-    cr1.set_tcie(is_sending);
     cr1
 }
 
@@ -128,7 +127,7 @@ impl<W: Wiring> HalfDuplex<W> {
         // Errors are interrupts while DMA receives.
         cr3.set_eie(true);
         usart.cr3().write_value(cr3);
-        usart.cr1().write_value(cr1(usart, false));
+        usart.cr1().write_value(idle_cr1(usart));
     }
 
     /// Handles the USART's interrupt; whether the tick is to be woken.
@@ -140,7 +139,7 @@ impl<W: Wiring> HalfDuplex<W> {
                 if self.releases.load(Ordering::Relaxed) {
                     W::DIRECTION.set(false);
                 }
-                usart.cr1().write_value(cr1(usart, false));
+                usart.cr1().modify(|w| w.set_tcie(false));
                 self.is_sending.store(false, Ordering::Relaxed);
             } else {
                 Self::clear_tc();
@@ -228,7 +227,8 @@ impl<W: Wiring> HalfDuplex<W> {
             w.set_minc(true);
             w.set_en(true);
         });
-        W::USART.cr1().write_value(cr1(W::USART, count > 0));
+        // The handler changes it only at the end of a transmission, and there is none before.
+        W::USART.cr1().modify(|w| w.set_tcie(count > 0));
     }
 }
 
