@@ -7,11 +7,8 @@
 
 use super::record::{self, CrashRecord, WORDS};
 use armbridge_link::message::{BoardReport, End, LastEnd};
-use armbridge_servo::port::BAUD_RATES;
+use armbridge_servo::port::{BAUD_RATES, SERVO_BAUD};
 use core::sync::atomic::{AtomicU32, Ordering};
-
-/// Bits per second that a servo can be set to: the slowest of an AX-12A, the fastest of the X series.
-const SERVO_BAUD: core::ops::RangeInclusive<u32> = 7_800..=4_500_000;
 
 struct Memory {
     record: [AtomicU32; WORDS],

@@ -75,6 +75,8 @@ pub(super) struct Line {
     pub(super) baud: u32,
     pub(super) available_us: u32,
     pub(super) readiness: Readiness,
+    /// The shortest period of these, which every tick needs and divisions give.
+    pub(super) least_period_us: u32,
 }
 
 /// Replies that the master listens for.

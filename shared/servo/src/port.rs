@@ -1,6 +1,8 @@
 //! Serial port of the bus master: a change of speed, beside `embedded-hal-nb`'s
 //! traits.
 
+use core::ops::RangeInclusive;
+
 /// Baud rates at which discovery searches for servos, the likeliest first: the actual
 /// rates of an AX-12A at register values 1, 3, 16 and 34 (2 000 000 / (n + 1)), which
 /// are called 1 M, 500 k, 115200 and 57600; then those above [`AX12A_BAUD_MAX`] that the X series
@@ -12,6 +14,13 @@ pub const BAUD_RATES: [u32; 8] = [
 /// Fastest baud rate at which AX-12A are searched for: Morpheus overruns at 2 M, and no tool sets a
 /// stock servo to more than 1 M.
 pub const AX12A_BAUD_MAX: u32 = 1_000_000;
+
+/// Rates in bits per second that a servo can be set to: the slowest of an AX-12A, the fastest of the
+/// X series.
+pub const SERVO_BAUD: RangeInclusive<u32> = 7_800..=SERVO_BAUD_MAX;
+
+/// The fastest of [`SERVO_BAUD`].
+pub const SERVO_BAUD_MAX: u32 = 4_500_000;
 
 /// The [`BAUD_RATES`] up to the fastest of a port.
 pub fn baud_rates_to(max: u32) -> &'static [u32] {

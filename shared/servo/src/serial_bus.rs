@@ -6,7 +6,7 @@
 //! after another. The port must receive while nothing is polled, a tick's replies at the least.
 
 use super::bus::{Bus, LineAfter, Received, SEND_MAX, Transmission};
-use super::port::SetBaud;
+use super::port::{SERVO_BAUD_MAX, SetBaud};
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Error, Read, Write};
 use heapless::Vec;
@@ -73,7 +73,7 @@ where
 {
     const RELEASES_BY_ITSELF: bool = false;
     /// The fastest of any servo: which rates a port has, its traits do not say.
-    const BAUD_MAX: u32 = 4_500_000;
+    const BAUD_MAX: u32 = SERVO_BAUD_MAX;
 
     fn set_baud(&mut self, baud: u32) {
         self.serial.set_baud(baud);

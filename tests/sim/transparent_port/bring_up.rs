@@ -40,11 +40,12 @@ fn servos_are_found_at_every_rate_and_driven_as_fast_as_it_allows() {
                 continue;
             }
             let least_us = tick_us(firmware, rate, Readiness::Prepared);
-            let period_us = match (firmware, rate) {
-                (Firmware::Morpheus, 1_000_000) => 600,
-                (Firmware::XSeries, _) => least_us.div_ceil(50) * 50,
-                _ => least_us.div_ceil(100) * 100,
+            let grid_us = if firmware == Firmware::XSeries {
+                50
+            } else {
+                100
             };
+            let period_us = least_us.next_multiple_of(grid_us);
             let setup = Setup {
                 period_us,
                 joints: calibrations(firmware),

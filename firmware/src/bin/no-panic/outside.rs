@@ -12,7 +12,7 @@ use armbridge_firmware::stop::PolledUart;
 use armbridge_firmware::tasks::{FromClient, FromHost, LineChanges, RealTime, ToHost};
 use armbridge_link::message::StopSource;
 use armbridge_servo::bus::{Bus, LineAfter, Received, Transmission};
-use armbridge_servo::port::SetBaud;
+use armbridge_servo::port::{SERVO_BAUD_MAX, SetBaud};
 use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_hal_nb::serial::{self, ErrorKind};
 use embedded_storage::nor_flash::{self, NorFlash, NorFlashErrorKind, ReadNorFlash};
@@ -24,7 +24,7 @@ pub(crate) struct AnyBus(pub(crate) [u8; 64]);
 
 impl Bus for AnyBus {
     const RELEASES_BY_ITSELF: bool = true;
-    const BAUD_MAX: u32 = 4_500_000;
+    const BAUD_MAX: u32 = SERVO_BAUD_MAX;
 
     fn set_baud(&mut self, baud: u32) {
         black_box(baud);

@@ -12,7 +12,7 @@ use super::{BUS, clock};
 use crate::crash::memory;
 use crate::stop::PolledUart;
 use armbridge_servo::bus::{Bus, LineAfter, Received, Transmission};
-use armbridge_servo::port::{byte_ns, bytes_us};
+use armbridge_servo::port::{SERVO_BAUD_MAX, byte_ns, bytes_us};
 use embedded_hal_nb::serial::Error;
 use heapless::Vec;
 
@@ -29,7 +29,7 @@ pub struct BusLine {
 
 impl Bus for BusLine {
     const RELEASES_BY_ITSELF: bool = true;
-    const BAUD_MAX: u32 = 4_500_000;
+    const BAUD_MAX: u32 = SERVO_BAUD_MAX;
 
     fn set_baud(&mut self, baud: u32) {
         memory::set_baud(baud);

@@ -15,9 +15,9 @@
 //!
 //! A circular stream writes all that is received into a ring, for ever. Nothing is lost between
 //! two exchanges or while the core is busy, but by a lap of the ring: [`RX_LEN`] bytes are
-//! 2.5 ms at 2 Mbaud and 1.3 ms at 4, and in an exchange the tick reads it once a millisecond. The tick is woken
-//! by an idle line, 10 bits after the last stop bit, if as many bytes as it waits for are
-//! there; or by an error.
+//! 2.5 ms at 2 Mbaud and 1.3 ms at 4, and in an exchange the tick reads it once a millisecond. The
+//! tick is woken by an idle line, 10 bits after the last stop bit, if as many bytes as it waits for
+//! are there; or by an error.
 //!
 //! | flag (section 30.6.1) | the byte          | reported                                      |
 //! |------|--------------------|-------------------------------------------------------------|
@@ -26,8 +26,8 @@
 //! | NF   | three samples of a bit disagreed, and were voted upon | not: the packet's checksum decides |
 //!
 //! An error is placed by the position of the stream when its interrupt runs. Dropping two bytes
-//! makes that certain if interrupts are masked for less than a byte, 10 µs at 1 Mbaud and 2.5 at 4; beyond,
-//! the checksum is left. All flags are cleared by a read of SR and one of DR, which
+//! makes that certain if interrupts are masked for less than a byte, 10 µs at 1 Mbaud and 2.5 at 4;
+//! beyond, the checksum is left. All flags are cleared by a read of SR and one of DR, which
 //! takes no byte from the stream: it waits until that has emptied the register.
 
 use super::baud::{baud_max, set_divider};

@@ -82,7 +82,6 @@ pub use time_budget::TimeBudget;
 use armbridge_link::message::OffReport;
 use armbridge_link::record::Permission;
 use armbridge_servo::bus::Bus;
-use armbridge_servo::master::timing::tick_us;
 use armbridge_servo::master::{Master, Payload};
 use armbridge_servo::port::{BAUD_RATES, baud_rates_to};
 use armbridge_servo::{Firmware, JOINTS, ServoId};
@@ -182,7 +181,7 @@ impl<B: Bus> BusSequencer<B> {
 
     /// Shortest period in µs that the bus allows.
     pub fn least_period_us(&self) -> u32 {
-        tick_us(self.firmware(), self.baud(), self.master.readiness())
+        self.master.least_period_us()
     }
 
     /// Whether the last stop has concluded: every motor is confirmed off, or the host has

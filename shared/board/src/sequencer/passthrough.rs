@@ -9,9 +9,7 @@ use super::{BusSequencer, State};
 use armbridge_link::record::Permission;
 use armbridge_servo::ClientFrame;
 use armbridge_servo::bus::Bus;
-
-/// Slowest rate that a client may set, that of an AX-12A, in bits per second.
-const CLIENT_BAUD_MIN: u32 = 7_800;
+use armbridge_servo::port::SERVO_BAUD;
 
 impl<B: Bus> BusSequencer<B> {
     /// Whether a client's packet would be relayed now.
@@ -32,7 +30,7 @@ impl<B: Bus> BusSequencer<B> {
             .request()
             .map_or(self.firmware(), |request| request.firmware);
         let baud = Some(baud)
-            .filter(|baud| (CLIENT_BAUD_MIN..=B::BAUD_MAX).contains(baud))
+            .filter(|baud| SERVO_BAUD.contains(baud) && *baud <= B::BAUD_MAX)
             .unwrap_or(self.baud());
         add_speed(&mut self.client_speeds, baud);
         let _ = self.master.set_line(firmware, baud);

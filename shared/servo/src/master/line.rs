@@ -4,6 +4,7 @@ use super::{Busy, Master};
 use crate::Firmware;
 use crate::bus::Bus;
 use crate::exchange::Readiness;
+use crate::master::timing::tick_us;
 
 impl<B: Bus> Master<B> {
     /// Sets the firmware of the servos and the speed of the line.
@@ -19,7 +20,19 @@ impl<B: Bus> Master<B> {
             self.line.baud = baud;
             self.bus.set_baud(baud);
         }
+        self.note_least_period();
         Ok(())
+    }
+
+    /// Notes the shortest period after a change of the line.
+    pub(super) fn note_least_period(&mut self) {
+        let line = &mut self.line;
+        line.least_period_us = tick_us(line.firmware, line.baud, line.readiness);
+    }
+
+    /// Shortest period in µs in which a tick's exchange is sure to end.
+    pub fn least_period_us(&self) -> u32 {
+        self.line.least_period_us
     }
 
     /// Sets the time in µs that a tick's exchange may take, which determines its margin.
@@ -41,6 +54,7 @@ impl<B: Bus> Master<B> {
         } else {
             Readiness::Unknown
         };
+        self.note_least_period();
     }
 
     /// Marks stock servos as released: no longer prepared, but with the same response
@@ -48,6 +62,7 @@ impl<B: Bus> Master<B> {
     pub fn mark_released(&mut self) {
         if self.line.readiness == Readiness::Prepared {
             self.line.readiness = Readiness::Released;
+            self.note_least_period();
         }
     }
 
@@ -59,11 +74,6 @@ impl<B: Bus> Master<B> {
     /// Whether the servos answer without the return delay of the factory.
     pub fn answers_soon(&self) -> bool {
         self.line.readiness.answers_soon() || self.line.firmware == Firmware::Morpheus
-    }
-
-    /// Set-up state of stock servos.
-    pub fn readiness(&self) -> Readiness {
-        self.line.readiness
     }
 
     /// Firmware of the servos.

@@ -178,6 +178,7 @@ impl<B: Bus> Master<B> {
                 baud: super::port::BAUD_RATES[0],
                 available_us: u32::MAX,
                 readiness: Readiness::Unknown,
+                least_period_us: 0,
             },
             echo: Echo::default(),
             phase: Phase::Idle,
@@ -192,6 +193,7 @@ impl<B: Bus> Master<B> {
             samples: NO_SAMPLES,
             alarms: [Alarms::NONE; JOINTS],
         };
+        master.note_least_period();
         master.bus.set_baud(master.line.baud);
         master.bus.release();
         master

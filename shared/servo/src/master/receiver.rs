@@ -183,19 +183,12 @@ impl Receiver {
         is_echoing: bool,
         is_echo_disturbed: bool,
     ) {
-        let bytes_held = self.parser.bytes_held();
-        let is_whole = match self.replies.expected {
-            ExpectedReplies::Fast => protocol2::ends_with_part(bytes_held),
-            ExpectedReplies::Servo(..)
-            | ExpectedReplies::Chain(_)
-            | ExpectedReplies::Request(_) => false,
-        };
-        let missing = match self.replies.fault {
+        let missing = || match self.replies.fault {
             RxFault::LineError => Missing::Line,
             _ if is_echo_disturbed => Missing::Line,
             RxFault::BadChecksum => Missing::BadChecksum,
             RxFault::UnexpectedReply => Missing::WrongId,
-            RxFault::Bytes if bytes_held > 0 && !is_whole => Missing::Short,
+            RxFault::Bytes if self.ends_amid_a_reply() => Missing::Short,
             RxFault::NoBytes if is_echoing => Missing::EchoOnly,
             RxFault::Bytes | RxFault::NoBytes => Missing::Silence,
         };
@@ -208,10 +201,18 @@ impl Receiver {
         let joints = samples.iter_mut().zip(alarms).zip(answers).enumerate();
         for (joint, ((sample, slot), (answer, alarms))) in joints {
             if only.is_none_or(|only| only == joint) {
-                *sample = answer.map_or(Sample::Missing(missing), Sample::Counts);
+                *sample = answer.map_or_else(|| Sample::Missing(missing()), Sample::Counts);
                 *slot = alarms;
             }
         }
+    }
+
+    /// Whether a reply has begun that did not end.
+    fn ends_amid_a_reply(&self) -> bool {
+        let bytes = self.parser.bytes_held();
+        // The servos after the last whole part of a fast status packet are silent.
+        let is_fast = self.replies.expected == ExpectedReplies::Fast;
+        bytes > 0 && !(is_fast && protocol2::ends_with_part(bytes))
     }
 
     /// The reply to the packet of [`super::Transaction::Request`], if it came.

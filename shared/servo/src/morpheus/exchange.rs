@@ -41,6 +41,8 @@ const SUCCESSOR_STEP_US: u32 = 100;
 /// Value of the baud register at 1 Mbaud, and the speed at value 0.
 const BAUD_STEP_1M: u32 = 1;
 const BAUD_STEP_0: u32 = 2_000_000;
+/// Shortest period that has been run: the computed one at 1 Mbaud is 10 µs less.
+const TICK_MIN_US: u32 = 600;
 /// Bytes of two positions.
 const POSITIONS_BYTES: u32 = 14;
 /// Bytes of a tick: SYNC_WR, CYCLE, positions.
@@ -57,7 +59,7 @@ impl Exchange for Morpheus {
 
     fn tick_us(baud: u32, _readiness: Readiness) -> u32 {
         let fixed_us = u64::from(GAP_MIN_US) + POSITIONS_TYPICAL_US + GUARD_US;
-        (bytes_us(TICK_BYTES, baud) + fixed_us) as u32
+        ((bytes_us(TICK_BYTES, baud) + fixed_us) as u32).max(TICK_MIN_US)
     }
 
     fn step(transaction: Transaction, index: u8, line: &Line) -> Option<Step> {
@@ -98,7 +100,7 @@ fn tick(index: u8, drive: Request, line: &Line) -> Option<Step> {
     Some(match index {
         0 => Step::Send(drive.encode()),
         1 => Step::Pause {
-            us: gap_us(line.available_us, line.baud),
+            us: gap_us(line.available_us, line.least_period_us),
         },
         2 => Step::Send(Request::Cycle.encode()),
         3 => Step::Listen(
@@ -138,9 +140,8 @@ fn positions_window_us(available_us: u32, baud: u32) -> u64 {
 }
 
 /// Pause between SYNC_WR and CYCLE: the longer one if the tick has room for it.
-fn gap_us(available_us: u32, baud: u32) -> u32 {
-    let roomy_us = Morpheus::tick_us(baud, Readiness::Prepared) + (GAP_US - GAP_MIN_US);
-    if available_us >= roomy_us {
+fn gap_us(available_us: u32, least_period_us: u32) -> u32 {
+    if available_us >= least_period_us + (GAP_US - GAP_MIN_US) {
         GAP_US
     } else {
         GAP_MIN_US
@@ -153,7 +154,9 @@ mod tests {
 
     #[test]
     fn the_gap_is_short_where_the_period_is() {
-        assert_eq!((gap_us(1_000, 1_000_000), gap_us(600, 1_000_000)), (80, 30));
+        let least_us = Morpheus::tick_us(1_000_000, Readiness::Prepared);
+        assert_eq!(least_us, 600);
+        assert_eq!((gap_us(1_000, least_us), gap_us(600, least_us)), (80, 30));
     }
 
     #[test]

@@ -263,15 +263,8 @@ pub(crate) fn position_parts(packet: &[u8]) -> impl Iterator<Item = Result<Part<
 
 /// Whether so many bytes of the reply to a tick's `FAST_SYNC_READ` end with the part of a servo:
 /// those after it are silent.
-pub(crate) const fn ends_with_part(bytes: usize) -> bool {
-    let mut servos = 1;
-    while servos < JOINTS {
-        if bytes == FastStatus::packet_bytes(servos, POSITION_BYTES as usize) {
-            return true;
-        }
-        servos += 1;
-    }
-    false
+pub(crate) fn ends_with_part(bytes: usize) -> bool {
+    (1..JOINTS).any(|servos| bytes == FastStatus::packet_bytes(servos, POSITION_BYTES.into()))
 }
 
 fn query<const N: usize>(id: u8, instruction: &Instruction2, data: u16) -> Option<Query<N>> {
