@@ -4,11 +4,13 @@
 //! that any sequence of seeds covers all evenly: 58 kinds in twelve activities are 696
 //! singles, and there are 1653 pairs. All other properties are random.
 
+mod variants;
+
 use armbridge_board::tick::limits::CHECK_PERIOD_MAX_US;
 use armbridge_control::actuator::{Direction, Joint};
 use armbridge_control::arm::State;
 use armbridge_control::encoder::Encoder;
-use armbridge_link::limits::{Milliradians, hard};
+use armbridge_link::limits::Milliradians;
 use armbridge_link::message::{Command, Limits, Setup};
 use armbridge_servo::{Firmware, JOINTS};
 use nalgebra::Vector2;
@@ -42,10 +44,6 @@ const SLOWEST_BAUD: u32 = 57_600;
 /// no slot for it for a second.
 const POLL_US: u64 = 1_500_000;
 const POLL_TICKS: u64 = 70;
-/// Makes the draws of a pose others than those of its case.
-const POSE_SEED: u64 = 0x7061_726B_0000_0000;
-/// Makes the draws of X servos others than those of their case.
-const X_SEED: u64 = 0x7873_6572_0000_0000;
 /// Distance in rad of obstacles from where the arm begins.
 const OBSTACLE_RAD: f64 = 0.05;
 
@@ -172,38 +170,6 @@ impl Case {
             noise_counts,
             pose: None,
             is_led,
-        }
-    }
-
-    /// The same case, of an arm that has a pose to be parked in. Nothing else of it changes.
-    #[must_use]
-    pub fn with_pose(self) -> Self {
-        let mut draw = Random::new(self.seed ^ POSE_SEED);
-        let mut angle = |least: f64| {
-            let side = if draw.coin() { 1.0 } else { -1.0 };
-            side * draw.uniform(least, f64::from(hard::PARK_MRAD))
-        };
-        let pose = [angle(800.0), angle(0.0)].map(|mrad| mrad as i16);
-        Self {
-            pose: Some(pose),
-            ..self
-        }
-    }
-
-    /// The same case with servos of the X series: bus and set-up are others, and nothing else.
-    #[must_use]
-    pub fn with_x_servos(self) -> Self {
-        let mut draw = Random::new(self.seed ^ X_SEED);
-        let mut pick = |count: usize| draw.below(count as u64) as usize;
-        let set_ups = |bus: &Bus| bus.set_ups(self.activity);
-        let can_do = |bus: &Bus| !set_ups(bus).is_empty();
-        let buses: Vec<Bus> = Bus::of_x_servos().filter(can_do).collect();
-        let bus = buses[pick(buses.len())];
-        let set_ups = set_ups(&bus);
-        Self {
-            bus,
-            set_up: set_ups[pick(set_ups.len())],
-            ..self
         }
     }
 

@@ -264,7 +264,8 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
             let max_deviation = self.fixture.cosim.bench.take_most_counts(servo);
             if max_deviation > allowed && !is_foreign && !self.is_pwm_exceeded {
                 self.is_pwm_exceeded = true;
-                let why = format!("motor {servo} was {max_deviation} counts from off");
+                let why =
+                    format!("motor {servo} was {max_deviation} counts from off, at {now_us} µs");
                 self.outcome.fail(why);
             }
         }
