@@ -15,10 +15,9 @@ use armbridge_servo::Pwm;
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::Cosim;
-use armbridge_sim::emulator::{EmulatedBoard, Image, Qemu, QemuOptions, Time};
 use armbridge_sim::link_server::LinkServer;
 use armbridge_sim::plant::{Grip, Lead, LeadPoint, Plant};
-use armbridge_tests::{computed_torque, plant, records, settling_s, sinusoid};
+use armbridge_tests::{computed_torque, emulated_board, plant, records, settling_s, sinusoid};
 
 fn script() -> Script {
     let duration_us = 2_000_000;
@@ -75,19 +74,12 @@ fn bench(friction_on: bool) -> Bench {
     Bench::new(Plant::new(plant([0.2, -0.2], friction_on), 1))
 }
 
-fn board(icount: bool) -> EmulatedBoard {
-    let image = Image::current().unwrap();
-    let options = QemuOptions {
-        image,
-        time: Time::Lockstep,
-        icount,
-        provoke: None,
-    };
-    EmulatedBoard::new(Qemu::start(&options).unwrap()).unwrap()
-}
-
 fn emulate(icount: bool) -> Vec<Record> {
-    let mut run = Cosim::new(board(icount), bench(false), PlanRunner::new(script()));
+    let mut run = Cosim::new(
+        emulated_board(icount),
+        bench(false),
+        PlanRunner::new(script()),
+    );
     run.run().unwrap();
     run.host.into_parts().0
 }
@@ -95,7 +87,7 @@ fn emulate(icount: bool) -> Vec<Record> {
 #[test]
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
 fn all_controllers_and_motions_agree_with_the_bench() {
-    let mut run = Cosim::new(board(false), bench(true), PlanRunner::new(tour()));
+    let mut run = Cosim::new(emulated_board(false), bench(true), PlanRunner::new(tour()));
     run.run().unwrap();
     let emulated = without_measured_times(run.host.into_parts().0);
     let bench = without_measured_times(records(plant([0.2, -0.2], true), 1, tour()));
@@ -145,7 +137,11 @@ fn a_float_and_a_park_agree_with_the_bench() {
         bench.lead(&hand);
         bench
     };
-    let mut run = Cosim::new(board(false), led(), PlanRunner::new(script.clone()));
+    let mut run = Cosim::new(
+        emulated_board(false),
+        led(),
+        PlanRunner::new(script.clone()),
+    );
     run.run().unwrap();
     let emulated = without_measured_times(run.host.into_parts().0);
     let mut channels = Channels::new();
@@ -237,7 +233,11 @@ fn with_icount_measured_times_repeat_too() {
 #[test]
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
 fn the_stop_switch_is_heeded() {
-    let mut run = Cosim::new(board(false), bench(false), PlanRunner::new(script()));
+    let mut run = Cosim::new(
+        emulated_board(false),
+        bench(false),
+        PlanRunner::new(script()),
+    );
     while run.now_us() < 500_000 {
         run.step().unwrap();
     }
@@ -264,7 +264,7 @@ fn another_program_can_have_the_link() {
     let (done, is_done) = std::sync::mpsc::channel();
     let board = std::thread::spawn(move || {
         let mut run = Cosim::new(
-            board(false),
+            emulated_board(false),
             bench(false),
             LinkServer::new(listener).unwrap(),
         );

@@ -37,12 +37,13 @@ use armbridge_board::bridge::Channels;
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::State;
 use armbridge_control::encoder::Encoder;
-use armbridge_link::message::{Controller, Drive, Record, Setup};
+use armbridge_link::message::{Controller, Drive, Mode, Record, Setup};
 use armbridge_link::motion::Motion;
 use armbridge_servo::{Firmware, JOINTS};
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::Cosim;
+use armbridge_sim::emulator::{EmulatedBoard, Image, Qemu, QemuOptions, Time};
 use armbridge_sim::plant::{Plant, PlantConfig};
 use nalgebra::Vector2;
 
@@ -118,6 +119,22 @@ pub fn bench_run(
     )
 }
 
+/// The firmware image under QEMU, in lockstep with the bench; with `icount`, its measured times
+/// repeat, too.
+///
+/// # Panics
+/// Without QEMU, or an image of the present source.
+pub fn emulated_board(icount: bool) -> EmulatedBoard {
+    let options = QemuOptions {
+        image: Image::current().expect("an image"),
+        time: Time::Lockstep,
+        icount,
+        provoke: None,
+    };
+    let qemu = Qemu::start(&options).expect("QEMU");
+    EmulatedBoard::new(qemu).expect("a board")
+}
+
 /// Works through `script` on the bench; returns the records.
 ///
 /// # Panics
@@ -127,6 +144,24 @@ pub fn records(config: PlantConfig, seed: u64, script: Script) -> Vec<Record> {
     let mut run = bench_run(&mut channels, config, seed, script);
     run.run().expect("a run");
     run.host.into_parts().0
+}
+
+/// Asserts that no tick of these was missed, that each has both samples, and that there was no fault.
+///
+/// # Panics
+/// Otherwise.
+#[track_caller]
+pub fn assert_undisturbed(records: &[Record]) {
+    let missed = |record: &Record| record.timing.missed;
+    assert_eq!(records.last().map(missed), records.first().map(missed));
+    for record in records {
+        assert!(!matches!(record.mode, Mode::Fault(_)), "{record:?}");
+        let mut samples = record.input.samples.iter();
+        assert!(
+            samples.all(|sample| sample.counts().is_some()),
+            "{record:?}"
+        );
+    }
 }
 
 /// Time in s from the first record in [`Drive::Regulate`] after which joint

@@ -17,12 +17,12 @@ use armbridge_stm32_emulator::time::Time;
 use armbridge_tests::board_image::BoardRun;
 use armbridge_tests::tapped_bench::{Action, ScriptedHost, assert_all_equal, replay};
 use armbridge_tests::transparent_port;
-use armbridge_tests::{calibrations, plant};
+use armbridge_tests::{assert_undisturbed, calibrations, plant};
 
 use super::{TestBoard, us};
 
 /// Instructions of an armed millisecond, all interrupts, telemetry and USB included.
-const ARMED_MAX: u64 = 11_200;
+const ARMED_MAX: u64 = 11_100;
 /// Longest time from the end of the last stop bit until the direction pin is low.
 const RELEASE_MAX: Time = us(2);
 
@@ -63,26 +63,35 @@ fn releases(run: &BoardRun<PlanRunner>, during: Range<Time>) -> Vec<Time> {
         .collect()
 }
 
+/// Records while the arm is regulated.
+fn regulated(run: &BoardRun<PlanRunner>) -> Vec<Record> {
+    let is_regulated = |record: &Record| record.mode.drive() == Some(Drive::Regulate);
+    run.records().filter(is_regulated).collect()
+}
+
+/// Asserts that nothing was lost on link or bus, and that every tick is what this program computes
+/// from the same samples, to the bit.
+#[track_caller]
+fn assert_intact(run: &BoardRun<PlanRunner>, driven: &[Record]) {
+    assert!(driven.iter().all(|record| record.dropped == 0));
+    assert_all_equal(&replay(&run.host.events));
+    let system = &run.machine.system;
+    assert_eq!(system.bus_faults(), BusFaults::default());
+    assert_eq!(system.bus_port().overruns(), 0);
+    assert_eq!(system.otg.refused(), 0);
+}
+
 fn the_arm_is_held_upright_as_the_bench_would(board: TestBoard) {
     for setup in [Setup::default(), Setup::best()] {
         let bench = Bench::new(Plant::new(plant([0.02, -0.02], true), 1));
         let run = held(board, setup, bench);
-        let driven: Vec<_> = (run.records())
-            .filter(|record| record.mode.drive() == Some(Drive::Regulate))
-            .collect();
+        let driven = regulated(&run);
         assert!(driven.len() > 550, "{}", driven.len());
         let angles = driven.iter().flat_map(|record| record.output.angle_rad);
         let furthest = angles.fold(0.0_f32, |most, angle| most.max(angle.abs()));
         assert!(furthest < 0.06, "{furthest} rad");
         assert!(driven.iter().all(|record| record.timing.missed == 0));
-        assert!(driven.iter().all(|record| record.dropped == 0));
-        // Every tick that this program computes from the same samples, to the bit.
-        assert_all_equal(&replay(&run.host.events));
-
-        let system = &run.machine.system;
-        assert_eq!(system.bus_faults(), BusFaults::default());
-        assert_eq!(system.bus_port().overruns(), 0);
-        assert_eq!(system.otg.refused(), 0);
+        assert_intact(&run, &driven);
         let latest = releases(&run, us(60_000)..run.machine.now())
             .into_iter()
             .max()
@@ -191,22 +200,10 @@ fn x_servos_are_driven_at_the_fastest_rate_of_the_port(board: TestBoard) {
     let arm = plant([0.02, -0.02], true);
     let bench = transparent_port::bench(&arm, [Firmware::XSeries; 2], baud);
     let run = held(board, setup, bench);
-    let driven: Vec<_> = (run.records())
-        .filter(|record| record.mode.drive() == Some(Drive::Regulate))
-        .collect();
+    let driven = regulated(&run);
     assert!(driven.len() > 1_000, "{}", driven.len());
-    let sampled = driven.iter().flat_map(|record| record.input.samples);
-    assert_eq!(
-        sampled.filter(|sample| sample.counts().is_none()).count(),
-        0
-    );
-    let missed = driven.iter().map(|record| record.timing.missed).max();
-    assert_eq!(missed, Some(driven[0].timing.missed));
-    assert!(driven.iter().all(|record| record.dropped == 0));
-    assert_all_equal(&replay(&run.host.events));
-    let system = &run.machine.system;
-    assert_eq!(system.bus_faults(), BusFaults::default());
-    assert_eq!(system.bus_port().overruns(), 0);
+    assert_undisturbed(&driven);
+    assert_intact(&run, &driven);
     // Amid the drive: a stop sequence keeps the line between its packets.
     let (from, until) = (
         run.machine.now() - us(500_000),

@@ -10,7 +10,7 @@ pub(crate) type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
 pub(crate) const BAUD: u32 = 1_000_000;
 pub(crate) const IDS: [u8; 2] = [1, 2];
 /// An id that no servo has.
-pub(crate) const NOBODY: u8 = 9;
+pub(crate) const ABSENT: u8 = 9;
 /// XL430-W250.
 pub(crate) const MODEL: u16 = 1060;
 pub(crate) const PWM_MODE: u8 = 16;

@@ -1,5 +1,4 @@
-//! Masters of Dynamixel Protocol 2.0 that others have written, as they are published: `rustypot` and
-//! `dynamixel2`.
+//! Two independent masters of Dynamixel Protocol 2.0, unmodified: `rustypot` and `dynamixel2`.
 //!
 //! `masters NAME PORT` drives the two servos of the X series at a port by one of them: exit code 0 if
 //! all is as it should be; otherwise 1, and the first thing that is not on stderr. `masters vectors`

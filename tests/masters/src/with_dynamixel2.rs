@@ -93,9 +93,9 @@ fn pings(bus: &mut Bus) -> Result {
         expect("model", &word(bus, id, MODEL_NUMBER)?, &check::MODEL)?;
         check::expect_supply(word(bus, id, PRESENT_VOLTAGE)?)?;
     }
-    let nobody = bus.ping(check::NOBODY);
-    let is_silent = nobody.as_ref().is_err_and(is_silence);
-    expect("silence of nobody", &is_silent, &true)
+    let absent = bus.ping(check::ABSENT);
+    let is_silent = absent.as_ref().is_err_and(is_silence);
+    expect("silence of an absent servo", &is_silent, &true)
 }
 
 fn writes(bus: &mut Bus) -> Result {

@@ -10,7 +10,7 @@ use rustypot::servo::dynamixel::xl430::Xl430Controller;
 use crate::check::{self, IDS, Result, expect, part};
 
 const TIMEOUT: Duration = Duration::from_secs(1);
-const TIMEOUT_OF_NOBODY: Duration = Duration::from_millis(100);
+const TIMEOUT_OF_ABSENT: Duration = Duration::from_millis(100);
 
 /// Drives the servos at a port.
 pub(crate) fn run(port: &str) -> Result {
@@ -34,10 +34,10 @@ fn pings(servos: &mut Xl430Controller) -> Result {
         expect("model", &servos.read_model_number(id)?, &vec![check::MODEL])?;
         check::expect_supply(servos.read_present_input_voltage(id)?[0])?;
     }
-    servos.set_timeout(TIMEOUT_OF_NOBODY)?;
-    let nobody = servos.ping(check::NOBODY);
+    servos.set_timeout(TIMEOUT_OF_ABSENT)?;
+    let absent = servos.ping(check::ABSENT);
     servos.set_timeout(TIMEOUT)?;
-    expect("ping of nobody", &nobody?, &false)
+    expect("ping of an absent servo", &absent?, &false)
 }
 
 fn writes(servos: &mut Xl430Controller) -> Result {

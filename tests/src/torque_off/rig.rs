@@ -7,7 +7,7 @@ use armbridge_servo::{Firmware, JOINTS, Pwm};
 use armbridge_sim::Bench;
 use armbridge_sim::board::{Board, Input, Output, VirtualBoard, Wake};
 use armbridge_sim::cosim::Cosim;
-use armbridge_sim::emulator::{EmulatedBoard, Image, Qemu, QemuError, QemuOptions, Time};
+use armbridge_sim::emulator::{EmulatedBoard, QemuError};
 use armbridge_sim::half_duplex_bus::Device;
 use armbridge_sim::plant::{Plant, PlantConfig};
 use armbridge_sim::servo_kind::ServoKind;
@@ -16,7 +16,7 @@ use super::cases::check;
 use super::client::ClientHandle;
 use super::host::RawHost;
 use super::reports;
-use crate::with_encoders;
+use crate::{emulated_board, with_encoders};
 
 /// From a stop, or from when the bus can carry a packet again, to motors off, in µs.
 pub const STOP_US: u64 = 20_000;
@@ -53,17 +53,7 @@ impl World {
                 let board = VirtualBoard::new(channels.split());
                 AnyBoard::Virtual(Box::new(board.expect("a default set-up")))
             }
-            Self::Emulator => {
-                let options = QemuOptions {
-                    image: Image::current().expect("an image"),
-                    time: Time::Lockstep,
-                    icount: false,
-                    provoke: None,
-                };
-                let qemu = Qemu::start(&options).expect("QEMU and an image");
-                let board = EmulatedBoard::new(qemu).expect("a board");
-                AnyBoard::Emulated(Box::new(board))
-            }
+            Self::Emulator => AnyBoard::Emulated(Box::new(emulated_board(false))),
         }
     }
 }

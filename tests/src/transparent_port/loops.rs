@@ -2,15 +2,14 @@
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_board::bridge::Channels;
-use armbridge_link::message::{Mode, PortCounters, Record, Setup};
+use armbridge_link::message::{PortCounters, Record, Setup};
 use armbridge_servo::Firmware;
 use armbridge_sim::board::{Board, VirtualBoard};
 use armbridge_sim::cosim::{Cosim, NoPortClient, PortClient};
-use armbridge_sim::emulator::{EmulatedBoard, Image, Qemu, QemuOptions, Time};
 
 use super::bench;
 use super::client::{Hammer, Tally, curious};
-use crate::{calibrations, plant, settling_s};
+use crate::{assert_undisturbed, calibrations, emulated_board, plant, settling_s};
 
 const DURATION_US: u64 = 2_000_000;
 /// When the client begins, in µs: stock servos are brought up in 0.18 s, and the
@@ -60,14 +59,7 @@ pub fn on_bench(firmware: Firmware, client: Option<Hammer>) -> (Vec<Record>, Por
 
 /// A run of the firmware image under QEMU.
 pub fn in_emulator(firmware: Firmware, client: Option<Hammer>) -> (Vec<Record>, PortCounters) {
-    let options = QemuOptions {
-        image: Image::current().expect("an image"),
-        time: Time::Lockstep,
-        icount: false,
-        provoke: None,
-    };
-    let board = EmulatedBoard::new(Qemu::start(&options).unwrap()).unwrap();
-    run(board, firmware, client)
+    run(emulated_board(false), firmware, client)
 }
 
 /// Control quality of the loop.
@@ -84,18 +76,9 @@ struct Control {
 #[track_caller]
 fn control(records: &[Record]) -> Control {
     assert!(records.len() > 990, "{} records", records.len());
-    let last = records.last().unwrap();
-    assert_eq!(last.timing.missed, records[0].timing.missed);
+    assert_undisturbed(records);
     for record in records {
         assert_eq!(record.timing.start_error_us, 0, "{record:?}");
-        assert!(!matches!(record.mode, Mode::Fault(_)), "{record:?}");
-        assert!(
-            record
-                .input
-                .samples
-                .iter()
-                .all(|sample| sample.counts().is_some())
-        );
     }
     let settled = [0, 1].map(|joint| settling_s(records, joint, 0.02).expect("settled"));
     let end = &records[records.len() - 250..];

@@ -1,4 +1,4 @@
-//! The masters at pseudo-terminals, on whose other ends nobody answers.
+//! The masters at pseudo-terminals without servos: the packets that they send.
 
 use std::io::Read;
 use std::time::Duration;
@@ -46,7 +46,7 @@ impl Rustypot {
     /// Its packet, if it has the instruction.
     pub(super) fn packet(&mut self, instruction: &I) -> Result<Option<Vec<u8>>> {
         let (protocol, port) = (&self.protocol, &mut self.port);
-        // Nobody answers: the results are errors, or say so.
+        // No servo answers: the results are errors, or say so.
         match instruction {
             I::Ping(id) => drop(protocol.ping(port, *id)),
             I::Reboot(id) => drop(protocol.reboot(port, *id)),
@@ -89,7 +89,7 @@ impl Dynamixel2 {
     /// Its packet, if it has the instruction.
     pub(super) fn packet(&mut self, instruction: &I) -> Result<Option<Vec<u8>>> {
         let bus = &mut self.bus;
-        // Nobody answers: where there should be an answer, the results are errors.
+        // No servo answers: where there should be a reply, the results are errors.
         match instruction {
             I::Ping(id) => drop(bus.ping(*id)),
             I::Reboot(id) => drop(bus.reboot(*id)),
