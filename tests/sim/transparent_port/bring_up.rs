@@ -123,6 +123,14 @@ fn what_cannot_work_is_refused_with_its_reason() {
         missing: Missing::Silence,
     };
     assert_eq!(absent, PlanError::Servos(Some(obstacle)));
+    // As fast as its bytes, but faster than Morpheus servos have been tried at.
+    let fast = Setup {
+        period_us: 590,
+        ..Setup::default()
+    };
+    let why = operate(bench(&arm, [Firmware::Morpheus; 2], 1_000_000), fast);
+    let why = why.unwrap_err().to_string();
+    assert!(why.contains("600"), "{why}");
     // 1 kHz at 57600 baud: the answer has a period that works.
     let slow = operate(
         bench(&arm, [Firmware::Morpheus; 2], 57_600),

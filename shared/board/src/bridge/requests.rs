@@ -1,5 +1,6 @@
 //! Requests of the host, handled in the tick.
 
+use crate::tick::limits::{PERIOD_MIN_AX12A_US, PERIOD_MIN_US};
 use armbridge_control::encoder::Encoder;
 use armbridge_servo::bus::Bus;
 
@@ -99,10 +100,14 @@ impl<B: Bus> Bridge<'_, B> {
     }
 
     fn perform(&mut self, command: &ValidatedCommand) -> Result<(), Refusal> {
+        let encoder = Encoder::of(self.sequencer.firmware());
         let bus = BusFacts {
-            encoder: Encoder::of(self.sequencer.firmware()),
+            encoder,
             is_prepared: self.sequencer.is_prepared(),
-            least_period_us: self.sequencer.least_period_us(),
+            least_period_us: self.sequencer.least_period_us().max(match encoder {
+                Encoder::Ax12a => PERIOD_MIN_AX12A_US,
+                Encoder::XSeries => PERIOD_MIN_US,
+            }),
             is_stop_settled: self.sequencer.is_settled(),
             hot_joint: self.hot_joint(),
             encoder_refusal: self.core.encoder_refusal(),

@@ -18,6 +18,10 @@ pub const REFERENCE_MAX_RAD: f32 = 1.2;
 /// present bus is [`tick_us`](armbridge_servo::master::timing::tick_us).
 pub const PERIOD_MIN_US: u32 = 450;
 
+/// Shortest tick at which AX-12A servos are driven: at 1 Mbaud, where the motor check and the
+/// monitors have been tried with them.
+pub const PERIOD_MIN_AX12A_US: u32 = 600;
+
 /// Longest tick. The upright arm doubles its angle in 360 ms.
 pub const PERIOD_MAX_US: u32 = 100_000;
 

@@ -41,8 +41,6 @@ const SUCCESSOR_STEP_US: u32 = 100;
 /// Value of the baud register at 1 Mbaud, and the speed at value 0.
 const BAUD_STEP_1M: u32 = 1;
 const BAUD_STEP_0: u32 = 2_000_000;
-/// Shortest period that has been run: the computed one at 1 Mbaud is 10 µs less.
-const TICK_MIN_US: u32 = 600;
 /// Bytes of two positions.
 const POSITIONS_BYTES: u32 = 14;
 /// Bytes of a tick: SYNC_WR, CYCLE, positions.
@@ -59,7 +57,7 @@ impl Exchange for Morpheus {
 
     fn tick_us(baud: u32, _readiness: Readiness) -> u32 {
         let fixed_us = u64::from(GAP_MIN_US) + POSITIONS_TYPICAL_US + GUARD_US;
-        ((bytes_us(TICK_BYTES, baud) + fixed_us) as u32).max(TICK_MIN_US)
+        (bytes_us(TICK_BYTES, baud) + fixed_us) as u32
     }
 
     fn step(transaction: Transaction, index: u8, line: &Line) -> Option<Step> {
@@ -155,7 +153,6 @@ mod tests {
     #[test]
     fn the_gap_is_short_where_the_period_is() {
         let least_us = Morpheus::tick_us(1_000_000, Readiness::Prepared);
-        assert_eq!(least_us, 600);
         assert_eq!((gap_us(1_000, least_us), gap_us(600, least_us)), (80, 30));
     }
 
