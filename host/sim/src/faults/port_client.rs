@@ -216,13 +216,15 @@ impl Method {
             }
             Self::Duties => {
                 let mode = OperatingMode::Pwm.code();
-                let writes = [
-                    (x::TORQUE_ENABLE, 0),
-                    (x::OPERATING_MODE, mode),
-                    (x::TORQUE_ENABLE, 1),
+                // A change of the mode has left the goal at its largest.
+                let writes: [(u16, &[u8]); 4] = [
+                    (x::TORQUE_ENABLE, &[0]),
+                    (x::OPERATING_MODE, &[mode]),
+                    (x::GOAL_PWM, &[0, 0]),
+                    (x::TORQUE_ENABLE, &[1]),
                 ];
                 let packets =
-                    writes.map(|(address, value)| IDS.map(|id| self.write(id, address, &[value])));
+                    writes.map(|(address, data)| IDS.map(|id| self.write(id, address, data)));
                 packets.concat()
             }
             Self::Pwm | Self::Goals => Vec::new(),
