@@ -215,7 +215,7 @@ impl Plant {
         self.motor_faults[servo] = fault;
         self.motor_nm[servo] = self.torque_of(servo);
         self.body
-            .set_torque(self.now_ns, self.motor_nm + self.push_nm);
+            .set_torques(self.now_ns, self.motor_nm, self.push_nm);
     }
 
     /// Torque of a servo at its PWM.
@@ -380,6 +380,6 @@ impl Plant {
             }
             ChangeKind::LetGo => self.body.set_grasp(at_ns, None),
         }
-        self.body.set_torque(at_ns, self.motor_nm + self.push_nm);
+        self.body.set_torques(at_ns, self.motor_nm, self.push_nm);
     }
 }

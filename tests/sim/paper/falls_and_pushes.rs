@@ -124,6 +124,7 @@ fn a_free_fall_takes_the_times_computed() {
             coulomb_nm,
             static_nm: coulomb_nm,
             stribeck_rad_s: 0.0,
+            load: 0.0,
         };
         let from_rad = number(&reference["q0"]);
         let run = run(with_b1(b1), friction, from_rad, 0.0, 10.0);

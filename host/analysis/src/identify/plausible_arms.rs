@@ -75,11 +75,13 @@ impl ArmFit {
                     coulomb_nm,
                     static_nm: coulomb_nm + curve.drop_nm.max(0.0),
                     stribeck_rad_s: curve.speed_rad_s,
+                    load: 0.0,
                 },
                 None => Friction {
                     coulomb_nm,
                     static_nm: static_nm.max(coulomb_nm),
                     stribeck_rad_s: 0.0,
+                    load: 0.0,
                 },
             }
         });

@@ -182,6 +182,7 @@ mod tests {
             coulomb_nm,
             static_nm: STATIC_RATIO * coulomb_nm,
             stribeck_rad_s: 0.0,
+            load: 0.0,
         };
         let initial = State::at_rest(Vector2::new(start_rad, 0.0));
         let mut body = Body::new(arm, [friction; JOINTS], [[-9.0, 9.0]; JOINTS], initial);

@@ -42,6 +42,7 @@ impl VirtualArm {
             coulomb_nm,
             static_nm: super::motion::STATIC_RATIO * coulomb_nm,
             stribeck_rad_s: 0.0,
+            load: 0.0,
         };
         Self {
             arm: Parameters {

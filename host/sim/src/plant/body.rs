@@ -70,6 +70,8 @@ pub struct Body {
     state: State<f64>,
     contact: [Contact; JOINTS],
     torque_nm: Vector2<f64>,
+    /// Part of the torque that is not the motors'.
+    external_nm: Vector2<f64>,
     grasp: Option<Grasp>,
     /// All joints are at rest until the torque changes.
     still: bool,
@@ -96,6 +98,7 @@ impl Body {
             state: initial,
             contact,
             torque_nm: Vector2::zeros(),
+            external_nm: Vector2::zeros(),
             grasp: None,
             still: false,
             impact: None,
@@ -142,6 +145,7 @@ impl Body {
         let free = copy.arm.acceleration(&copy.state, applied_nm);
         let acceleration = copy.derivative(&copy.state, 0.0).dq;
         let reaction_nm = copy.arm.mass(copy.state.q) * (acceleration - free);
+        let load_nm = copy.load_friction_nm(&copy.state, 0.0);
         // The rest of it is that of an end stop.
         let friction_nm = Vector2::from_fn(|joint, _| {
             let Friction {
@@ -149,18 +153,30 @@ impl Body {
                 static_nm,
                 ..
             } = copy.friction[joint];
-            let most_nm = static_nm.max(coulomb_nm);
+            let most_nm = static_nm.max(coulomb_nm) + load_nm[joint];
             reaction_nm[joint].clamp(-most_nm, most_nm)
         });
         (copy.state, friction_nm)
     }
 
-    /// The joint torque from `at_ns` on.
+    /// The joint torque from `at_ns` on, all of it the motors'.
     pub fn set_torque(&mut self, at_ns: u64, torque_nm: Vector2<f64>) {
-        if torque_nm != self.torque_nm {
+        self.set_torques(at_ns, torque_nm, Vector2::zeros());
+    }
+
+    /// The joint torque from `at_ns` on, of motors and pushes.
+    pub(super) fn set_torques(
+        &mut self,
+        at_ns: u64,
+        motor_nm: Vector2<f64>,
+        push_nm: Vector2<f64>,
+    ) {
+        let torque_nm = motor_nm + push_nm;
+        if torque_nm != self.torque_nm || push_nm != self.external_nm {
             self.advance(at_ns);
             self.step(at_ns);
             self.torque_nm = torque_nm;
+            self.external_nm = push_nm;
             self.still = false;
         }
     }
@@ -195,6 +211,20 @@ impl Body {
             }
             None => self.torque_nm,
         }
+    }
+
+    /// Dry friction of the torque that the gears transmit, in N m, in a state so long before the
+    /// end of the step.
+    fn load_friction_nm(&self, state: &State<f64>, before_s: f64) -> Vector2<f64> {
+        let load = self.friction.map(|friction| friction.load);
+        if load.iter().all(|load| *load <= 0.0) {
+            return Vector2::zeros();
+        }
+        // Torques of pushes and hands are in the applied ones once, with the other sign.
+        let external_nm = self.applied_nm(state, before_s) - self.torque_nm + self.external_nm;
+        let motor_nm = self.torque_nm - self.external_nm - self.arm.viscous_torque(state.dq);
+        let gears_nm = motor_nm + self.arm.gravity(state.q) - external_nm;
+        gears_nm.abs().component_mul(&Vector2::from(load))
     }
 
     /// Advances time without motion: the arm is held.
@@ -293,12 +323,13 @@ impl Body {
         let push_nm = posture
             .mass_diagonal(&self.arm)
             .component_mul(&acceleration);
+        let load_nm = self.load_friction_nm(&self.state, before_s);
         for joint in 0..JOINTS {
             let (angle, push) = (self.state.q[joint], push_nm[joint]);
             let [lowest, highest] = self.stops_rad[joint];
             let blocked = (angle <= lowest && push < 0.0) || (angle >= highest && push > 0.0);
             if self.contact[joint] == Contact::Stuck
-                && push.abs() > self.friction[joint].static_nm
+                && push.abs() > self.friction[joint].static_nm + load_nm[joint]
                 && !blocked
             {
                 self.contact[joint] = Contact::Sliding(push.signum());
@@ -326,9 +357,11 @@ impl Body {
 
     fn derivative(&self, state: &State<f64>, before_s: f64) -> State<f64> {
         let mut torque = self.applied_nm(state, before_s);
+        let load_nm = self.load_friction_nm(state, before_s);
         for joint in 0..JOINTS {
             if let Contact::Sliding(direction) = self.contact[joint] {
-                torque[joint] -= direction * self.friction[joint].sliding_nm(state.dq[joint]);
+                let sliding_nm = self.friction[joint].sliding_nm(state.dq[joint]);
+                torque[joint] -= direction * (sliding_nm + load_nm[joint]);
             }
         }
         let mut derivative = State {

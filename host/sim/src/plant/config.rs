@@ -56,6 +56,7 @@ impl Default for PlantConfig {
             coulomb_nm: 0.04,
             static_nm: 0.06,
             stribeck_rad_s: 0.0,
+            load: 0.0,
         };
         Self {
             arm: Parameters::paper(),
@@ -99,6 +100,7 @@ impl PlantConfig {
             coulomb_nm: decimal(coulomb_nm),
             static_nm: decimal(coulomb_nm),
             stribeck_rad_s: 0.0,
+            load: 0.0,
         });
         Self {
             arm: setup.arm.map(decimal),

@@ -84,6 +84,7 @@ impl PlantConfig {
                 Friction {
                     coulomb_nm: friction.coulomb_nm * factor,
                     static_nm: friction.static_nm * factor,
+                    load: (friction.load * factor).min(Friction::LOAD_MAX),
                     ..friction
                 }
             }),

@@ -10,7 +10,8 @@
 //! x alone, and its other moments are free; a moment that is added to link 2 about x and z, and
 //! taken from link 1 about x, cancels, because `cos^2 q2 + sin^2 q2 = 1`.
 //!
-//! Left out: static friction beyond Coulomb's, Stribeck's curve, dead zones, delays, encoders.
+//! Left out: static friction beyond Coulomb's, Stribeck's curve, friction that grows with the load
+//! on the gears, dead zones, delays, encoders.
 
 use std::fmt::Write;
 

@@ -1,4 +1,17 @@
 //! Dry friction of a joint, and its state.
+//!
+//! Part of it grows with the torque that the gears transmit ([`Friction::load`]). Motor and load
+//! press upon the same teeth, one from either end: a motor that holds a weight has the gears
+//! transmit both, so that their magnitudes add up.
+//!
+//! ```text
+//! gears = |motor - F dq + G(q) - external|
+//! ```
+//!
+//! `motor` is the torque of the motor at rest, `F dq` what it loses with speed (nearly all of the
+//! viscous friction of such a motor is its back-EMF), `G(q)` the torque that holds the arm, and
+//! `external` that of pushes and hands. No acceleration is in it, and no friction: friction
+//! follows from the state and the torques, without an equation to solve.
 
 use armbridge_control::arm::State;
 use armbridge_servo::JOINTS;
@@ -14,6 +27,9 @@ pub struct Friction {
     /// vs in rad/s of a sliding joint's `coulomb_nm + (static_nm - coulomb_nm)
     /// exp(-(v/vs)^2)`. 0 for `coulomb_nm` alone, at any speed.
     pub stribeck_rad_s: f64,
+    /// Dry friction in N m per N m that the gears transmit, added to that of a sliding joint and to
+    /// that of one at rest; below 1, or no motor could turn its gears.
+    pub load: f64,
 }
 
 impl Friction {
@@ -22,9 +38,13 @@ impl Friction {
         coulomb_nm: 0.0,
         static_nm: 0.0,
         stribeck_rad_s: 0.0,
+        load: 0.0,
     };
 
-    /// Torque in N m against a sliding joint of this speed.
+    /// Largest part of the transmitted torque.
+    pub const LOAD_MAX: f64 = 0.9;
+
+    /// Torque in N m against a sliding joint of this speed, with gears that transmit nothing.
     pub(super) fn sliding_nm(&self, speed_rad_s: f64) -> f64 {
         if self.stribeck_rad_s > 0.0 {
             // nalgebra's own, not the platform's: the same bits everywhere.

@@ -17,6 +17,7 @@ pub(super) struct JointKeys {
     pub(super) coulomb_nm: f64,
     pub(super) static_nm: f64,
     pub(super) stribeck_rad_s: f64,
+    pub(super) friction_load: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) dead_zone_counts: Option<[u16; 2]>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -62,6 +63,7 @@ impl JointKeys {
             coulomb_nm,
             static_nm,
             stribeck_rad_s,
+            load,
         } = config.friction[joint];
         Self {
             initial_rad: Some(config.initial.q[joint]),
@@ -70,6 +72,7 @@ impl JointKeys {
             coulomb_nm,
             static_nm,
             stribeck_rad_s,
+            friction_load: load,
             dead_zone_counts: Some(config.dead_zone_counts[joint]),
             input_delay_us: Some((config.input_delay_ns[joint] / 1_000) as u32),
             direction,
@@ -95,6 +98,7 @@ impl JointKeys {
             coulomb_nm: self.coulomb_nm,
             static_nm: self.static_nm,
             stribeck_rad_s: self.stribeck_rad_s,
+            load: self.friction_load,
         }
     }
 }

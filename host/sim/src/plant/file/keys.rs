@@ -6,6 +6,8 @@
 use armbridge_client::params::{Range, Takes};
 use armbridge_client::toml_file::keys::{Key, KeyTable, Kind};
 
+use crate::plant::Friction;
+
 const SCALE: Range = Range::reals(0.1, 10.0);
 const COUNTS: Range = Range::reals(-500.0, 500.0);
 const TORQUE_NM: Range = Range::reals(0.0, 10.0);
@@ -132,6 +134,7 @@ pub const KEYS: KeyTable = KeyTable {
         coulomb_nm("joint1.coulomb_nm"),
         static_nm("joint1.static_nm"),
         stribeck_rad_s("joint1.stribeck_rad_s"),
+        friction_load("joint1.friction_load"),
         dead_zone_counts("joint1.dead_zone_counts"),
         input_delay_us("joint1.input_delay_us"),
         direction("joint1.direction"),
@@ -146,6 +149,7 @@ pub const KEYS: KeyTable = KeyTable {
         coulomb_nm("joint2.coulomb_nm"),
         static_nm("joint2.static_nm"),
         stribeck_rad_s("joint2.stribeck_rad_s"),
+        friction_load("joint2.friction_load"),
         dead_zone_counts("joint2.dead_zone_counts"),
         input_delay_us("joint2.input_delay_us"),
         direction("joint2.direction"),
@@ -189,6 +193,13 @@ const fn stribeck_rad_s(path: &'static str) -> Key {
     let about = "Speed over which static friction turns into sliding friction; 0: at once.";
     Key::number(path, Range::reals(0.0, 100.0), about)
         .unit("rad/s")
+        .or("0")
+}
+
+const fn friction_load(path: &'static str) -> Key {
+    let about = "Dry friction per torque that the gears transmit.";
+    Key::number(path, Range::reals(0.0, Friction::LOAD_MAX), about)
+        .unit("N m/N m")
         .or("0")
 }
 
