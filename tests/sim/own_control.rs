@@ -144,9 +144,11 @@ fn the_longest_valid_settings_are_a_frame() {
         estimator: Config::kalman(),
         integral: [0.123_456; 2],
         friction_nm: [0.123_456; 2],
+        friction_load_percent: [50; 2],
         ..Setup::default()
     };
     let limits = Limits {
+        lost_ms: 100,
         quiet_ms: u16::MAX,
         setpoint_age_ms: u16::MAX,
         client_silence_ms: u16::MAX,

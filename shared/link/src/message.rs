@@ -15,7 +15,7 @@ pub use super::limits::Limits;
 pub use super::mode::{Drive, Guards, Mode, OffReport, OffState, Trip};
 use super::motion::Motion;
 pub use super::record::{Record, TickInput, TickOutput, Timing};
-pub use super::setup::{Controller, Gains, Settings, Setup};
+pub use super::setup::{Controller, FRICTION_LOAD_PERCENT_MAX, Gains, Settings, Setup};
 pub use armbridge_servo::{Missing, Sample};
 
 use armbridge_control::trajectory::Quantity;

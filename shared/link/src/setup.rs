@@ -3,11 +3,15 @@
 use super::limits::Limits;
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::Parameters;
+use armbridge_control::controller::friction;
 use armbridge_control::estimate::Config;
 use armbridge_servo::JOINTS;
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
+
+/// Largest friction of loaded gears, in percent of the torque that they transmit.
+pub const FRICTION_LOAD_PERCENT_MAX: u8 = (friction::LOAD_MAX * 100.0) as u8;
 
 /// Parameters of control and estimation, replaced as one atomic group.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
@@ -23,6 +27,10 @@ pub struct Setup {
     pub integral: [f32; JOINTS],
     /// Torque in N m added against dry friction, joint by joint; 0 for none.
     pub friction_nm: [f32; JOINTS],
+    /// Dry friction in percent of the torque that the gears transmit, joint by joint, beside
+    /// `friction_nm`; at most [`FRICTION_LOAD_PERCENT_MAX`], 0 for none. A filter with dry friction
+    /// in its model has this one, too.
+    pub friction_load_percent: [u8; JOINTS],
     /// Model of the arm for controller and estimator.
     pub arm: Parameters<f32>,
     /// Models of its servos.
@@ -52,6 +60,7 @@ impl Default for Setup {
             estimator: Config::standing(),
             integral: [0.0; JOINTS],
             friction_nm: [0.0; JOINTS],
+            friction_load_percent: [0; JOINTS],
             arm: Parameters::paper(),
             joints: [Joint::paper(); JOINTS],
         }
@@ -59,6 +68,12 @@ impl Default for Setup {
 }
 
 impl Setup {
+    /// Dry friction in N m per N m that the gears transmit, joint by joint.
+    pub fn friction_load(&self) -> [f32; JOINTS] {
+        self.friction_load_percent
+            .map(|percent| f32::from(percent) * 0.01)
+    }
+
     /// The set-up that stands best on an arm with dry friction: a Kalman filter that finds
     /// disturbance torques, Coulomb friction fed forward, and an LQR
     /// stiffer than the paper's.

@@ -101,6 +101,7 @@ impl Random {
         settings.setup.controller =
             Controller::StateFeedback(Gains::Given([self.reals(), self.reals()]));
         settings.setup.friction_nm = self.reals();
+        settings.setup.friction_load_percent = [self.bits() as u8, self.bits() as u8];
         settings.setup.arm.l1 = self.real();
         settings.limits.angle_rad = self.reals();
         settings

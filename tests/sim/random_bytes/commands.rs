@@ -72,7 +72,12 @@ fn setup(random: &mut Random) -> Setup {
                 };
             }
             5 if random.once_in(2) => setup.integral = nasty(random),
-            5 => setup.friction_nm = nasty(random),
+            5 if random.once_in(2) => setup.friction_nm = nasty(random),
+            5 => {
+                // Some beyond what is accepted.
+                let percent = |random: &mut Random| random.below(60) as u8;
+                setup.friction_load_percent = [percent(random), percent(random)];
+            }
             6 => {
                 let gain = [nasty(random), nasty(random)];
                 setup.controller = Controller::StateFeedback(Gains::Given(gain));
@@ -253,6 +258,7 @@ pub(super) fn is_acceptable(command: &Command) -> bool {
                 && estimator_is_stable
                 && gains_are_finite
                 && within(&setup.friction_nm, 1.0)
+                && setup.friction_load_percent.iter().all(|load| *load <= 50)
                 && setup.integral.iter().all(|gain| *gain >= 0.0)
                 && setup.arm.is_valid()
                 && setup.joints.iter().all(Joint::is_valid)

@@ -188,6 +188,7 @@ impl Arm {
             arm: after.arm,
             joints: after.joints,
             friction_nm: after.friction_nm,
+            friction_load_percent: after.friction_load_percent,
             ..setup
         }
     }

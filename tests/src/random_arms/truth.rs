@@ -43,6 +43,9 @@ pub fn true_setup(config: &PlantConfig, setup: Setup) -> Setup {
             offset_counts: joint.offset_counts as f32,
         }),
         friction_nm: config.friction.map(|friction| friction.coulomb_nm as f32),
+        friction_load_percent: config
+            .friction
+            .map(|friction| (friction.load * 100.0).round() as u8),
         ..setup
     }
 }

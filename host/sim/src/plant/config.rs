@@ -93,14 +93,15 @@ impl PlantConfig {
     pub const PAPER_DEAD_ZONE_COUNTS: [u16; 2] = [49, 49];
 
     /// The arm that a board with these settings takes its own for: without dead zones and delays, and
-    /// with as much static friction as Coulomb friction.
+    /// with as much static friction as Coulomb friction, both with the load friction of the settings.
     pub fn of_board(settings: &Settings) -> Self {
         let setup = &settings.setup;
-        let friction = setup.friction_nm.map(|coulomb_nm| Friction {
-            coulomb_nm: decimal(coulomb_nm),
-            static_nm: decimal(coulomb_nm),
+        let load = setup.friction_load_percent.map(f64::from);
+        let friction = core::array::from_fn(|joint| Friction {
+            coulomb_nm: decimal(setup.friction_nm[joint]),
+            static_nm: decimal(setup.friction_nm[joint]),
             stribeck_rad_s: 0.0,
-            load: 0.0,
+            load: load[joint] / 100.0,
         });
         Self {
             arm: setup.arm.map(decimal),
@@ -111,7 +112,7 @@ impl PlantConfig {
                 gain_counts_per_nm: decimal(joint.gain_counts_per_nm),
                 offset_counts: decimal(joint.offset_counts),
             }),
-            friction_on: friction.iter().any(|joint| joint.coulomb_nm > 0.0),
+            friction_on: friction != [Friction::NONE; JOINTS],
             friction,
             ..Self::default()
         }

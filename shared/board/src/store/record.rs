@@ -47,7 +47,13 @@ const HASH_LEN: usize = 8;
 const GROUP_HEADER: usize = 1 + HASH_LEN + 2;
 
 /// Period, controller, its integral action, estimator and friction compensation.
-type ControlGroup = (u32, Controller, [f32; JOINTS], Config<f32>, [f32; JOINTS]);
+type ControlGroup = (
+    u32,
+    Controller,
+    [f32; JOINTS],
+    Config<f32>,
+    ([f32; JOINTS], [u8; JOINTS]),
+);
 /// Calibration of the servos.
 type JointsGroup = [Joint<f32>; JOINTS];
 
@@ -120,11 +126,11 @@ impl<'a> Record<'a> {
         let mut lost = SettingsGroups::NONE;
         match self.group(Tag::Control)? {
             Some(control) => {
-                let (period_us, controller, integral, estimator, friction_nm): ControlGroup =
-                    control;
+                let (period_us, controller, integral, estimator, friction): ControlGroup = control;
                 (setup.period_us, setup.controller) = (period_us, controller);
                 setup.integral = integral;
-                (setup.estimator, setup.friction_nm) = (estimator, friction_nm);
+                setup.estimator = estimator;
+                (setup.friction_nm, setup.friction_load_percent) = friction;
             }
             None => lost = lost.or(SettingsGroups::CONTROL),
         }
@@ -196,7 +202,7 @@ pub(super) fn encode_settings(
         setup.controller,
         setup.integral,
         setup.estimator,
-        setup.friction_nm,
+        (setup.friction_nm, setup.friction_load_percent),
     );
     append(&mut record, Tag::Control, &control)?;
     append(&mut record, Tag::Arm, &setup.arm)?;

@@ -27,7 +27,7 @@ use armbridge_control::design::stability::{self, Eigenvalue};
 use armbridge_control::encoder::Encoder;
 use armbridge_control::estimate::{self, Config, Estimator};
 use armbridge_link::limits::Limits;
-use armbridge_link::message::{self, Gains, Refusal, Settings, Setup};
+use armbridge_link::message::{self, FRICTION_LOAD_PERCENT_MAX, Gains, Refusal, Settings, Setup};
 use armbridge_servo::JOINTS;
 
 /// Time constant in s of the fading torque offset: slow beside the loop's own 50 ms,
@@ -222,13 +222,17 @@ impl ControlConfig {
         let period_us = NonZeroU32::new(setup.period_us).ok_or(Refusal::OutOfRange)?;
         let period_s = setup.period_us as f32 * 1e-6;
         let arm = setup.arm;
-        let friction_is_valid = setup.friction_nm.iter().all(|nm| (0.0..=1.0).contains(nm));
+        let load_percent = setup.friction_load_percent;
+        let friction_is_valid = setup.friction_nm.iter().all(|nm| (0.0..=1.0).contains(nm))
+            && load_percent
+                .iter()
+                .all(|load| *load <= FRICTION_LOAD_PERCENT_MAX);
         if !(arm.is_valid() && setup.joints.iter().all(Joint::is_valid) && friction_is_valid) {
             return Err(Refusal::OutOfRange);
         }
         let estimator = setup
             .estimator
-            .build(&arm, period_s)
+            .build_with_load(&arm, period_s, setup.friction_load())
             .map_err(|error| match error {
                 estimate::Error::Unstable(Eigenvalue { re, im }) => {
                     Refusal::UnstableObserver { re, im }
@@ -253,7 +257,7 @@ impl ControlConfig {
             knows_friction,
             controller,
             integral,
-            friction: DryFriction::of(setup.friction_nm),
+            friction: DryFriction::of(setup.friction_nm).with_load(setup.friction_load()),
             fade: FADE_S / (period_s + FADE_S),
             checks: [CheckWord::compute(&0_u32); SECTIONS as usize - 1],
         };

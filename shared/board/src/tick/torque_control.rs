@@ -10,9 +10,10 @@
 //! replaced, and fades out.
 
 use super::config::{ControlConfig, LoopConfig};
-use armbridge_control::arm::State;
+use armbridge_control::arm::{Posture, State};
 use armbridge_control::check_word::CheckWord;
 use armbridge_control::controller::FloatState;
+use armbridge_control::controller::friction::gear_torque;
 use armbridge_control::trajectory::Reference;
 use armbridge_servo::{JOINTS, Pwm};
 use nalgebra::Vector2;
@@ -94,9 +95,17 @@ impl TorqueControl {
         let demand = config
             .controller
             .demand(&config.arm, state, reference, forward_nm);
-        let friction_nm = config
-            .friction
-            .feed_forward(demand.feedback_nm, reference.dq);
+        let friction = &config.friction;
+        let friction_nm = match friction.load {
+            None => friction.feed_forward(demand.feedback_nm, reference.dq),
+            Some(load) => {
+                let rest_nm = self.integral_nm + self.offset_nm - disturbance_nm;
+                let motor_nm = demand.torque_nm + rest_nm;
+                let gears_nm = gear_torque_nm(config, state, motor_nm);
+                let speed_rad_s = reference.dq;
+                friction.loaded_feed_forward(demand.feedback_nm, speed_rad_s, load, gears_nm)
+            }
+        };
         Demand {
             torque_nm: demand.torque_nm + friction_nm + self.integral_nm + self.offset_nm
                 - disturbance_nm,
@@ -216,6 +225,17 @@ impl FeedForward {
         }
         self.torque_nm
     }
+}
+
+/// Torque in N m that the gears transmit under this one of the motors. Not inlined: only gears
+/// with load friction need it.
+#[inline(never)]
+fn gear_torque_nm(
+    config: &ControlConfig,
+    state: &State<f32>,
+    motor_nm: Vector2<f32>,
+) -> Vector2<f32> {
+    gear_torque(&config.arm, &Posture::of(state.q), state, motor_nm)
 }
 
 /// Feed-forward torque in N m of a reference.

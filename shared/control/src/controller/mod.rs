@@ -9,7 +9,7 @@
 pub mod computed_torque;
 mod demand;
 pub mod float;
-mod friction;
+pub mod friction;
 mod integral;
 mod law;
 mod lqr;

@@ -151,6 +151,21 @@ impl<T: Real> Config<T> {
     ///
     /// See [`Error`].
     pub fn build(&self, arm: &Parameters<T>, period_s: T) -> Result<Estimator<T>, Error<T>> {
+        self.build_with_load(arm, period_s, [T::zero(); JOINTS])
+    }
+
+    /// The same for joints whose dry friction grows by so much with the torque on their gears,
+    /// which only the Kalman filter's model can have.
+    ///
+    /// # Errors
+    ///
+    /// See [`Error`].
+    pub fn build_with_load(
+        &self,
+        arm: &Parameters<T>,
+        period_s: T,
+        load: [T; JOINTS],
+    ) -> Result<Estimator<T>, Error<T>> {
         /// The period for which the paper chose poles, in s.
         const POLE_PERIOD_S: f64 = 0.045;
 
@@ -166,7 +181,7 @@ impl<T: Real> Config<T> {
                 let difference = FiniteDifference::new(model, period_s, filter_s);
                 Ok(Estimator::FiniteDifference(difference))
             }
-            Self::Kalman(tuning) => Kalman::new(arm, period_s, &tuning)
+            Self::Kalman(tuning) => Kalman::with_load(arm, period_s, &tuning, load)
                 .map(Estimator::Kalman)
                 .ok_or(Error::Noise),
             Self::Luenberger { form, poles_45ms } => {

@@ -6,7 +6,7 @@ mod control;
 mod limits;
 
 use armbridge_board::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
-use armbridge_link::message::Settings;
+use armbridge_link::message::{FRICTION_LOAD_PERCENT_MAX, Settings};
 use armbridge_servo::JOINTS;
 
 use super::access::{Access, Numbers};
@@ -29,7 +29,7 @@ pub(super) fn all() -> Vec<Parameter> {
     groups.concat()
 }
 
-const SETUP: [Parameter; 2] = [
+const SETUP: [Parameter; 3] = [
     number(
         "setup.period_us",
         "µs",
@@ -43,6 +43,15 @@ const SETUP: [Parameter; 2] = [
         "Torque added against dry friction, joint by joint; 0 for none.",
         Range::reals(0.0, 1.0),
         |s| access::each(&mut s.setup.friction_nm),
+    ),
+    pair(
+        "setup.friction_load_percent",
+        "%",
+        "Dry friction in percent of the torque that the gears transmit, joint by joint, beside \
+         `setup.friction_nm`; 0 for none. A Kalman filter with Coulomb friction has it in its \
+         model, too.",
+        Range::whole(0, FRICTION_LOAD_PERCENT_MAX as u32),
+        |s| access::each(&mut s.setup.friction_load_percent),
     ),
 ];
 

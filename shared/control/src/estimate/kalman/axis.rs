@@ -22,12 +22,27 @@ pub(super) struct Axis<T> {
     step: Matrix2<T>,
     viscous: T,
     coulomb: T,
+    /// Friction per torque on the gears.
+    load: T,
     per_slide_speed: T,
     /// Process noise per period.
     noise: Covariance<T>,
 }
 
-checked!(Axis<T> { step, viscous, coulomb, per_slide_speed, noise });
+checked!(Axis<T> { step, viscous, coulomb, load, per_slide_speed, noise });
+
+/// Constants of one joint of the arm.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct JointConstants<T> {
+    /// Inertia upright, in kg m^2.
+    pub(super) mass: T,
+    /// Viscous friction in N m s/rad.
+    pub(super) viscous: T,
+    /// Largest gravity torque in N m.
+    pub(super) weight_nm: T,
+    /// Dry friction in N m per N m that the gears transmit.
+    pub(super) load: T,
+}
 
 /// Before the first sample: an angle as good as one, any slow speed.
 pub(super) fn initial_covariance<T: Real>(tuning: &Tuning<T>) -> Covariance<T> {
@@ -41,17 +56,30 @@ pub(super) fn initial_covariance<T: Real>(tuning: &Tuning<T>) -> Covariance<T> {
 }
 
 impl<T: Real> Axis<T> {
-    /// With the exact step about upright, where the joint's inertia is `mass`.
+    /// With the exact step about upright.
     pub(super) fn new(
         tuning: &Tuning<T>,
         period_s: T,
         step: Matrix2<T>,
-        mass: T,
-        viscous: T,
+        joint: &JointConstants<T>,
     ) -> Self {
+        let JointConstants {
+            mass,
+            viscous,
+            weight_nm,
+            load,
+        } = *joint;
+        // Friction of a joint without a model of it is left to the disturbance, load or not.
+        let load = if tuning.coulomb_nm > T::zero() {
+            load
+        } else {
+            T::zero()
+        };
+        // With gears that hold the arm level: its weight, and the motor's torque against it.
+        let most = tuning.coulomb_nm + load * T::lit(2.0) * weight_nm;
         // What a period of full friction does to the speed, and half of that
         // again for the slope of the smooth sign; twice, for good measure.
-        let reach = tuning.coulomb_nm * step.m22 / mass * T::lit(3.0);
+        let reach = most * step.m22 / mass * T::lit(3.0);
         // White acceleration over a period, on angle and speed.
         let push = tuning.acceleration * tuning.acceleration;
         let third = T::lit(1.0 / 3.0);
@@ -59,6 +87,7 @@ impl<T: Real> Axis<T> {
             step,
             viscous,
             coulomb: tuning.coulomb_nm,
+            load,
             per_slide_speed: T::one() / tuning.slide_rad_s.max(reach),
             noise: Covariance {
                 qq: push * period_s * period_s * period_s * third,
@@ -72,9 +101,16 @@ impl<T: Real> Axis<T> {
     }
 
     /// To the next sample: under the torque `given` after gravity and coupling,
-    /// with gravity's `stiffness`.
-    pub(super) fn advance(&self, joint: &mut JointEstimate<T>, given: T, mass: T, stiffness: T) {
-        let (friction, friction_slope) = self.friction(joint.dq);
+    /// with gravity's `stiffness`; `gears` is the torque that the gears transmit.
+    pub(super) fn advance(
+        &self,
+        joint: &mut JointEstimate<T>,
+        given: T,
+        gears: T,
+        mass: T,
+        stiffness: T,
+    ) {
+        let (friction, friction_slope) = self.friction(joint.dq, gears);
         let per_mass = T::one() / mass;
         let net = given + joint.d - self.viscous * joint.dq - friction;
         let acceleration = net * per_mass;
@@ -119,17 +155,18 @@ impl<T: Real> Axis<T> {
         };
     }
 
-    /// Coulomb friction at a speed, and its slope.
-    fn friction(&self, speed: T) -> (T, T) {
+    /// Dry friction at a speed, and its slope; that of its load by the speed is left out.
+    fn friction(&self, speed: T, gears: T) -> (T, T) {
+        let most = self.coulomb + self.load * gears.abs();
         let s = speed * self.per_slide_speed;
         if s.abs() >= T::one() {
-            return (self.coulomb.copysign(s), T::zero());
+            return (most.copysign(s), T::zero());
         }
         let (half, three_half) = (T::lit(0.5), T::lit(1.5));
         let square = s * s;
         (
-            self.coulomb * s * (three_half - half * square),
-            self.coulomb * self.per_slide_speed * three_half * (T::one() - square),
+            most * s * (three_half - half * square),
+            most * self.per_slide_speed * three_half * (T::one() - square),
         )
     }
 }

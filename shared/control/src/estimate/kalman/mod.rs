@@ -7,8 +7,9 @@
 //!
 //! ```text
 //! q'  = dq
-//! dq' = M(q)^-1 (torque + d - Co(q, dq) dq - F dq - fc s(dq / vs) - G(q))
+//! dq' = M(q)^-1 (torque + d - Co(q, dq) dq - F dq - f s(dq / vs) - G(q))
 //! d'  = noise
+//! f   = fc + load |torque - F dq + G(q)|
 //! ```
 //!
 //! # Mean
@@ -31,6 +32,8 @@
 //! what one period's friction can do to a speed, so that the model does not
 //! overshoot rest.
 //!
+//! `load` is that of the gears ([`gear_torque`]); a filter without Coulomb friction has none.
+//!
 //! # Noise
 //!
 //! A rounded count is off by 1/12 count^2 on top of what the converter adds, one
@@ -46,9 +49,10 @@ pub use tuning::Tuning;
 use super::joint_estimate::{Covariance, Estimate};
 use crate::arm::{Parameters, Posture, State};
 use crate::check_word::checked;
+use crate::controller::friction::gear_torque;
 use crate::real::Real;
 use armbridge_servo::JOINTS;
-use axis::Axis;
+use axis::{Axis, JointConstants};
 use nalgebra::Vector2;
 
 /// The filter's design.
@@ -67,18 +71,35 @@ impl<T: Real> Kalman<T> {
     /// `None` for a tuning that is not finite, or beyond all reason. No noise at
     /// all is: the filter would trust its samples, or its model, for ever.
     pub fn new(arm: &Parameters<T>, period_s: T, tuning: &Tuning<T>) -> Option<Self> {
+        Self::with_load(arm, period_s, tuning, [T::zero(); JOINTS])
+    }
+
+    /// The same with dry friction that grows by so much with the torque on each joint's gears.
+    pub fn with_load(
+        arm: &Parameters<T>,
+        period_s: T,
+        tuning: &Tuning<T>,
+        load: [T; JOINTS],
+    ) -> Option<Self> {
         if !tuning.is_valid() {
             return None;
         }
         let upright = Vector2::zeros();
         let steps = arm.linearise(upright).integral(period_s);
         let mass = arm.mass(upright).diagonal();
+        let (weight_nm, viscous) = (arm.weight_nm(), [arm.b1, arm.b2]);
+        let axis = |joint: usize| {
+            let constants = JointConstants {
+                mass: mass[joint],
+                viscous: viscous[joint],
+                weight_nm: weight_nm[joint],
+                load: load[joint],
+            };
+            Axis::new(tuning, period_s, steps[joint], &constants)
+        };
         Some(Self {
             variance: tuning.angle_rad * tuning.angle_rad,
-            axes: [
-                Axis::new(tuning, period_s, steps[0], mass.x, arm.b1),
-                Axis::new(tuning, period_s, steps[1], mass.y, arm.b2),
-            ],
+            axes: [axis(0), axis(1)],
             initial_covariance: axis::initial_covariance(tuning),
         })
     }
@@ -111,10 +132,11 @@ impl<T: Real> Kalman<T> {
         // Gravity, and all that the joints do to each other.
         let coriolis = posture.coriolis_torque(arm, state.dq);
         let given = torque - coriolis - posture.gravity(arm);
+        let gears = gear_torque(arm, posture, &state, torque);
         let stiffness = [slope.m11, slope.m22];
         let joints = estimate.joints.iter_mut().zip(&self.axes);
         for (i, (joint, axis)) in joints.enumerate() {
-            axis.advance(joint, given[i], mass[i], stiffness[i]);
+            axis.advance(joint, given[i], gears[i], mass[i], stiffness[i]);
         }
         estimate.state()
     }
