@@ -14,6 +14,7 @@ mod golden;
 mod host_sessions;
 mod identification;
 mod layers;
+mod load_friction;
 mod log;
 mod own_control;
 mod paper;

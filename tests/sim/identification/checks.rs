@@ -55,6 +55,7 @@ impl Fitted {
 fn the_right_model_leaves_white_noise_and_an_unidentifiable_scale() {
     let mut fitted = fitted(&PlantConfig::drawn(5, 0.4));
     assert_eq!(fitted.fit.stribeck, [None; JOINTS]);
+    assert_eq!(fitted.fit.load, [None; JOINTS]);
     let checks = fitted.checks();
     for whiteness in &checks.whiteness {
         assert!(whiteness.is_white(), "{whiteness:?}");
@@ -163,6 +164,7 @@ fn a_stribeck_curve_is_identified() {
     for joint in 0..JOINTS {
         let truth = config.friction[joint];
         let curve = fit.stribeck[joint].expect("a Stribeck curve");
+        assert_eq!(fit.load[joint], None);
         let drop_nm = truth.static_nm - truth.coulomb_nm;
         is_right([curve.drop_nm, curve.drop_error_nm], drop_nm);
         is_right([curve.speed_rad_s, curve.speed_error_rad_s], SPEED_RAD_S);
@@ -170,6 +172,40 @@ fn a_stribeck_curve_is_identified() {
         is_right(coulomb.into(), truth.coulomb_nm);
         let viscous = fit.estimate(joint, Quantity::Viscous);
         is_right(viscous.into(), [config.arm.b1, config.arm.b2][joint]);
+    }
+    let warnings = fitted.checks().warnings;
+    let missing = warnings
+        .iter()
+        .find(|warning| warning.contains("the model lacks"));
+    assert_eq!(missing, None);
+}
+
+/// Load friction of an XL330, from its recordings.
+const LOAD: f64 = 0.17;
+
+#[test]
+fn friction_that_grows_with_the_load_is_identified() {
+    let mut config = PlantConfig::drawn(5, 0.4);
+    for friction in &mut config.friction {
+        friction.load = LOAD;
+    }
+    let fitted = fitted(&config);
+    let fit = &fitted.fit;
+    let is_right = |[value, error]: [f64; 2], truth: f64, share: f64| {
+        println!("{value:.4} ± {error:.4} for {truth:.4}");
+        assert!((value - truth).abs() < 3.0 * error && error < share * truth);
+    };
+    for joint in 0..JOINTS {
+        let truth = config.friction[joint];
+        let load = fit.load[joint].expect("load friction");
+        is_right([load.load, load.error], LOAD, 0.1);
+        let estimate = |quantity| fit.estimate(joint, quantity).into();
+        is_right(estimate(Quantity::Coulomb), truth.coulomb_nm, 0.2);
+        let viscous = [config.arm.b1, config.arm.b2][joint];
+        is_right(estimate(Quantity::Viscous), viscous, 0.1);
+        let gain = config.joints[joint].gain_counts_per_nm;
+        is_right(estimate(Quantity::Gain), gain, 0.1);
+        assert_eq!(fit.stribeck[joint], None);
     }
     let warnings = fitted.checks().warnings;
     let missing = warnings

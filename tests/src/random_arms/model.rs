@@ -52,7 +52,7 @@ impl Model {
                     coulomb_nm,
                     static_nm: static_nm.max(coulomb_nm),
                     stribeck_rad_s: 0.0,
-                    load: 0.0,
+                    load: fit.load[joint].map_or(0.0, |load| load.load),
                 }
             }),
             dead_counts: core::array::from_fn(|joint| {

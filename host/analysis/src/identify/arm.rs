@@ -12,6 +12,12 @@
 //! G2  = -g2 cos q1 sin q2               has both the other way round
 //! ```
 //!
+//! Dry friction of a joint may grow with the torque that its gears transmit, as in the simulator:
+//!
+//! ```text
+//! gears = |motor - F dq + G(q)|
+//! ```
+//!
 //! The equations are generic over dual numbers, so that a motion carries its derivatives by
 //! all parameters.
 
@@ -25,7 +31,7 @@ use super::quantity::{COUNT, PER_JOINT, Quantity};
 use super::stribeck_curve::StribeckCurve;
 
 /// Parameters that are not estimated: geometry, measured by ruler, directions and timing of
-/// the servos, and the Stribeck curves.
+/// the servos, and the forms of dry friction beside Coulomb's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KnownParameters {
     /// Length from joint 1 to joint 2 in m.
@@ -48,6 +54,9 @@ pub struct KnownParameters {
     pub period_s: f64,
     /// Stribeck curve of each joint, if it has one; fitted apart from the other parameters.
     pub stribeck: [Option<StribeckCurve>; JOINTS],
+    /// Dry friction of each joint in N m per N m that its gears transmit; 0 without, and fitted
+    /// apart as well.
+    pub load: [f64; JOINTS],
 }
 
 impl KnownParameters {
@@ -69,6 +78,7 @@ impl KnownParameters {
             lead_s: [0.0; JOINTS],
             period_s: f64::from(setup.period_us) * 1e-6,
             stribeck: [None; JOINTS],
+            load: [0.0; JOINTS],
         }
     }
 }
@@ -104,6 +114,7 @@ pub(super) struct JointModel<D> {
     viscous: D,
     coulomb: D,
     stribeck: Option<StribeckCurve>,
+    load: f64,
     gain: D,
     offset: D,
     dead: [D; 2],
@@ -151,6 +162,7 @@ impl<D: DualNum<Primitive = f64> + Copy> JointModel<D> {
             viscous: value(Quantity::Viscous),
             coulomb: value(Quantity::Coulomb),
             stribeck: known.stribeck[index],
+            load: known.load[index],
             gain: value(Quantity::Gain),
             offset: value(Quantity::Offset),
             dead: [value(Quantity::DeadBelow), value(Quantity::DeadAbove)],
@@ -180,12 +192,34 @@ impl<D: DualNum<Primitive = f64> + Copy> JointModel<D> {
         }
     }
 
-    /// Magnitude of dry friction at a speed, in N m.
+    /// Magnitude of dry friction at a speed in N m, without that of the load on the gears.
     pub(super) fn dry_friction(&self, v: D) -> D {
         match self.stribeck {
             Some(curve) => self.coulomb + curve.excess_nm(v),
             None => self.coulomb,
         }
+    }
+
+    /// Magnitude of the dry friction of the load on the gears in N m, under this torque of the
+    /// motor; `other` is the other joint's angle and speed.
+    pub(super) fn load_friction(&self, q: D, v: D, other: [f64; 2], motor: D) -> D {
+        if self.load == 0.0 {
+            return D::from(0.0);
+        }
+        self.gear_torque(q, v, other, motor) * self.load
+    }
+
+    /// Magnitude of the torque in N m that the gears transmit: the motor's, less what it loses
+    /// with speed, and that of the weight upon it.
+    pub(super) fn gear_torque(&self, q: D, v: D, other: [f64; 2], motor: D) -> D {
+        let sin = q.sin();
+        let weight = if self.index == 0 {
+            sin * (self.gravity + self.link * other[0].cos()) * self.gravity_sign
+        } else {
+            self.gravity * sin * (other[0].cos() * self.gravity_sign)
+        };
+        let torque = motor - self.viscous * v - weight;
+        if torque.re() < 0.0 { -torque } else { torque }
     }
 
     /// Encoder position in counts at an angle.

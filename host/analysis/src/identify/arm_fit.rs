@@ -197,7 +197,7 @@ impl ArmFit {
         let after = identified_settings(&self.before, &self.result)?;
         let is_of_arm = |parameter: &Parameter| {
             ["arm", "joint1", "joint2"].contains(&parameter.group())
-                || parameter.key == "setup.friction_nm"
+                || ["setup.friction_nm", "setup.friction_load_percent"].contains(&parameter.key)
         };
         let all = params::pairs(&after).into_iter();
         Ok(all.filter(|(parameter, _)| is_of_arm(parameter)).collect())

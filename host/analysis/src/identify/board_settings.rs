@@ -1,7 +1,7 @@
 //! Settings of a board with the identified arm.
 
 use armbridge_control::arm::Parameters;
-use armbridge_link::message::Settings;
+use armbridge_link::message::{FRICTION_LOAD_PERCENT_MAX, Settings};
 use armbridge_servo::JOINTS;
 
 use super::fit_result::FitResult;
@@ -24,7 +24,7 @@ pub struct UnphysicalArm {
 /// The same settings with the identified arm: masses from the gravity torques, inertias of
 /// the geared rotors from the remaining inertia, friction, and the servos' calibration. A
 /// board has one parameter for a joint's dry friction, that at speed: the Stribeck curve is
-/// left out.
+/// left out, and the load friction is in whole percent.
 ///
 /// # Errors
 /// If the arm is not physical.
@@ -59,6 +59,8 @@ pub fn identified_settings(before: &Settings, fit: &FitResult) -> Result<Setting
         servo.gain_counts_per_nm = estimate(joint, Quantity::Gain) as f32;
         servo.offset_counts = estimate(joint, Quantity::Offset) as f32;
         after.setup.friction_nm[joint] = estimate(joint, Quantity::Coulomb) as f32;
+        let percent = fit.load[joint].map_or(0.0, |it| 100.0 * it.load).round() as u8;
+        after.setup.friction_load_percent[joint] = percent.min(FRICTION_LOAD_PERCENT_MAX);
     }
     Ok(after)
 }

@@ -5,17 +5,15 @@ use armbridge_servo::JOINTS;
 use nalgebra::SMatrix;
 
 use super::arm::KnownParameters;
-use super::checks;
 use super::cost::{BLOCK, INITIAL_STATES};
 use super::dataset::Trace;
 use super::fit_result::FitResult;
 use super::initial_guess::{InitialGuessError, initial_guess};
 use super::prior::Prior;
-use super::quantity::{COUNT, PER_JOINT, Quantity};
+use super::quantity::{COUNT, Quantity};
 use super::search::{ErrorModel, Search};
 use super::stage::Stage;
 use super::stiction::StaticFrictionFit;
-use super::stribeck::fit_stribeck;
 
 /// Longest windows of each stage, in ticks: in short ones a wrong parameter leads less far
 /// astray, long ones are more sensitive to a right one.
@@ -40,22 +38,22 @@ pub(super) fn fit(
         deviation_without_weight: [0.0; COUNT],
         noise_counts: VARIANCE_COUNTS2.sqrt(),
         stribeck: [None; JOINTS],
+        load: [None; JOINTS],
         static_friction: [None; JOINTS],
         window_fits: Vec::new(),
         outlier_limit_counts2: VARIANCE_COUNTS2,
     };
     let mut ambiguity = [0.0; COUNT];
-    let mut has_stribeck = [false; JOINTS];
     for (number, len) in STAGES.into_iter().enumerate() {
         let traces = result.smoothed(traces, known);
         let variance_counts2 = result.noise_counts.powi(2);
         result.outlier_limit_counts2 =
             variance_counts2 * (1.0 + OUTLIER_SIGMAS * (2.0 * BLOCK as f64 / len as f64).sqrt());
-        let with_stribeck = known.with_stribeck(&result.stribeck);
+        let with_friction = known.with_friction(&result);
         let stage = Stage {
             window_fits: Stage::window_fits(&traces, len),
             traces: &traces,
-            known: &with_stribeck,
+            known: &with_friction,
             prior,
             errors: ErrorModel {
                 variance_counts2,
@@ -71,17 +69,17 @@ pub(super) fn fit(
                 search = from_prior;
             }
         }
-        if number == 1 || (is_last && has_stribeck.contains(&true)) {
+        if number == 1 || (is_last && result.has_friction_form()) {
             let dead_zones = stage.fit_dead_zones(search.coordinates());
             ambiguity = dead_zones.ambiguity;
             search = stage.search(dead_zones.coordinates).minimise();
         }
         result.update(&search, prior);
         if number == 1 {
-            has_stribeck = [0, 1].map(|joint| result.fit_stribeck(&stage, joint).is_some());
+            (0..JOINTS).for_each(|joint| result.select_friction(&stage, joint));
         }
         if is_last {
-            result.finish(&stage, search, has_stribeck);
+            result.finish(&stage, search);
         }
     }
     for (i, ambiguity) in ambiguity.into_iter().enumerate() {
@@ -89,7 +87,7 @@ pub(super) fn fit(
     }
     let static_friction = StaticFrictionFit {
         traces: &result.smoothed(traces, known),
-        known: &known.with_stribeck(&result.stribeck),
+        known: &known.with_friction(&result),
         coordinates: &result.coordinates,
         covariance: &result.covariance,
         noise_counts: result.noise_counts,
@@ -99,26 +97,24 @@ pub(super) fn fit(
 }
 
 impl FitResult {
-    /// Ends the last stage: fits the Stribeck curves of these joints, then all parameters
+    /// Ends the last stage: fits the forms of dry friction of both joints, then all parameters
     /// again, and the uncertainty of edges where there is no dead zone.
-    fn finish(&mut self, stage: &Stage<'_>, search: Search<'_>, has_stribeck: [bool; JOINTS]) {
-        let joints = (0..JOINTS).filter(|joint| has_stribeck[*joint]);
-        let covariances: Vec<_> = joints
-            .filter_map(|joint| self.fit_stribeck(stage, joint))
-            .collect();
-        let known = stage.known.with_stribeck(&self.stribeck);
+    fn finish(&mut self, stage: &Stage<'_>, search: Search<'_>) {
+        let has_form = self.has_friction_form();
+        let added = [0, 1].map(|joint| self.refit_friction(stage, joint));
+        let known = stage.known.with_friction(self);
         let stage = Stage {
             known: &known,
             window_fits: stage.window_fits.clone(),
             ..*stage
         };
-        let search = if has_stribeck.contains(&true) {
+        let search = if has_form {
             stage.search(self.coordinates).minimise()
         } else {
             search
         };
         self.update(&search, stage.prior);
-        self.covariance += covariances.iter().sum::<SMatrix<f64, COUNT, COUNT>>();
+        self.covariance += added.iter().sum::<SMatrix<f64, COUNT, COUNT>>();
         let edges = Quantity::dead_zone_edges().filter(|edge| search.coordinates()[*edge] <= 0.0);
         let absent =
             edges.filter_map(|edge| Some((edge, stage.no_dead_zone_deviation(&search, edge)?)));
@@ -127,24 +123,6 @@ impl FitResult {
             self.covariance.column_mut(edge).fill(0.0);
             self.covariance[(edge, edge)] = deviation.powi(2);
         }
-    }
-
-    /// Fits a joint's Stribeck curve, from its last estimate, or if the test for it is
-    /// significant. Returns the covariance that its uncertainty adds to the other
-    /// parameters; `None` if there is no such curve.
-    fn fit_stribeck(
-        &mut self,
-        stage: &Stage<'_>,
-        joint: usize,
-    ) -> Option<SMatrix<f64, COUNT, COUNT>> {
-        let last = self.stribeck[joint].take().map(|last| last.curve());
-        let initial =
-            last.or_else(|| checks::stribeck_candidate(self, stage.traces, stage.known, joint))?;
-        let fit = fit_stribeck(stage, self.coordinates, joint, initial)?;
-        self.stribeck[joint] = Some(fit.estimate);
-        let own = joint * PER_JOINT..(joint + 1) * PER_JOINT;
-        self.coordinates[own].copy_from_slice(&fit.own_coordinates);
-        Some(fit.covariance)
     }
 
     /// Takes over the result of a search.

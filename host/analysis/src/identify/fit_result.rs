@@ -6,6 +6,7 @@ use nalgebra::SMatrix;
 use super::arm::KnownParameters;
 use super::cost::WindowFit;
 use super::dataset::Trace;
+use super::load::LoadEstimate;
 use super::prior::Prior;
 use super::quantity::{COUNT, Quantity};
 use super::stiction::StaticFriction;
@@ -24,6 +25,8 @@ pub struct FitResult {
     pub noise_counts: f64,
     /// Stribeck curve of each joint, where the logs show one.
     pub stribeck: [Option<StribeckEstimate>; JOINTS],
+    /// Load friction of each joint, where the logs show it.
+    pub load: [Option<LoadEstimate>; JOINTS],
     /// Static friction of each joint, where there are breakaways enough.
     pub static_friction: [Option<StaticFriction>; JOINTS],
     /// The windows, with their residuals.

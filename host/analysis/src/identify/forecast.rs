@@ -53,7 +53,7 @@ pub struct Forecast {
 
 /// Forecasts of both joints, in logs excluded from the fit.
 pub fn forecast(fit: &FitResult, traces: &[Trace], known: &KnownParameters) -> Vec<Forecast> {
-    let known = &known.with_stribeck(&fit.stribeck);
+    let known = &known.with_friction(fit);
     let traces = fit.smoothed(traces, known);
     let max_len = (LONGEST_S / known.period_s) as usize;
     let windows = |joint: usize| {

@@ -29,7 +29,7 @@ pub fn holdout_forecasts(
     if fit.window_ticks() > TICKS_MAX {
         return None;
     }
-    let known = &known.with_stribeck(&fit.stribeck);
+    let known = &known.with_friction(fit);
     let mut kept = fit.window_fits.clone();
     cost(
         &mut kept,

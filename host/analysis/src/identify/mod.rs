@@ -5,8 +5,8 @@
 //! logs -> traces -> windows in which a joint slides -> initial guess -> search -> estimates
 //! ```
 //!
-//! Each joint has ten parameters ([`Quantity`]) beside static friction, and two more if it
-//! has a Stribeck curve. Their estimates minimise the residuals of the encoders: the motion of
+//! Each joint has ten parameters ([`Quantity`]) beside static friction, two more if it has a
+//! Stribeck curve, and one more if its dry friction grows with the load on its gears. Their estimates minimise the residuals of the encoders: the motion of
 //! each window is computed from an initial state of its own, with its derivatives, and
 //! compared with the counts, tick by tick. Where a joint sticks, its motion does not depend
 //! smoothly on the parameters, and one wrong parameter would outweigh all other data; such
@@ -36,6 +36,8 @@
 //! | `cost`           | sum of squares, its gradient and Hessian                        |
 //! | `search`         | Levenberg-Marquardt                                             |
 //! | `stiction`       | static friction, from breakaways                                |
+//! | `friction_forms` | forms of dry friction beside Coulomb's: which a joint has       |
+//! | `load`           | fit of load friction                                            |
 //! | `stribeck`       | fit of a Stribeck curve                                         |
 //! | `stribeck_curve` | the curve                                                       |
 //! | `stage`          | windows of one length, and the dead zones fitted in them        |
@@ -63,8 +65,10 @@ mod diagnose;
 mod fit;
 mod fit_result;
 mod forecast;
+mod friction_forms;
 mod holdout;
 mod initial_guess;
+mod load;
 mod motion;
 mod page;
 mod plausible_arms;
@@ -91,6 +95,7 @@ pub use diagnose::{Diagnosis, JointTally, Tally, check_data, check_fit, identify
 pub use fit_result::FitResult;
 pub use forecast::{Forecast, forecast};
 pub use holdout::holdout_forecasts;
+pub use load::LoadEstimate;
 pub use page::{Page, write_diagnosis};
 pub use prior::Prior;
 pub use quantity::{COUNT, PER_JOINT, Quantity};

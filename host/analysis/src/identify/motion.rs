@@ -82,10 +82,13 @@ impl<'a, D: DualNum<Primitive = f64> + Copy> Motion<'a, D> {
         second + (first - second) * self.delay_fraction
     }
 
-    /// Applied torque in N m from tick `k` to the next, without dry friction.
-    pub(super) fn applied_torque(&mut self, k: usize) -> D {
+    /// Applied torque in N m in a direction from tick `k` to the next, less the dry friction of
+    /// the load on the gears: a joint at rest slides where it exceeds the other dry friction.
+    pub(super) fn breakaway_torque(&mut self, k: usize, direction: f64) -> D {
         let other = self.trace.states[k][1 - self.index];
-        self.motor_torque(k) + self.joint.passive_dynamics(self.q, self.v, other).0
+        let motor = self.motor_torque(k);
+        let applied = motor + self.joint.passive_dynamics(self.q, self.v, other).0;
+        applied * direction - self.joint.load_friction(self.q, self.v, other, motor)
     }
 
     /// Direction of sliding: towards larger (1) or smaller (-1) angles, or at rest (0).
@@ -124,7 +127,8 @@ impl<'a, D: DualNum<Primitive = f64> + Copy> Motion<'a, D> {
     /// direction in which it slides from here on.
     fn breaks_away(&mut self, motor: D, other: [f64; 2]) -> bool {
         let applied = (self.joint.passive_dynamics(self.q, self.v, other).0 + motor).re();
-        let slides = applied.abs() > self.joint.dry_friction(D::from(0.0)).re();
+        let load = self.joint.load_friction(self.q, self.v, other, motor);
+        let slides = applied.abs() > (self.joint.dry_friction(D::from(0.0)) + load).re();
         self.direction = if slides { applied.signum() } else { 0.0 };
         slides
     }
@@ -133,7 +137,8 @@ impl<'a, D: DualNum<Primitive = f64> + Copy> Motion<'a, D> {
     fn integrate(&self, motor: D, other: [f64; 2], period: D) -> [D; 2] {
         let acceleration = |q: D, v: D| {
             let (passive, inertia) = self.joint.passive_dynamics(q, v, other);
-            (passive + motor - self.joint.dry_friction(v) * self.direction) / inertia
+            let load = self.joint.load_friction(q, v, other, motor);
+            (passive + motor - (self.joint.dry_friction(v) + load) * self.direction) / inertia
         };
         let half = period * 0.5;
         let first = acceleration(self.q, self.v);

@@ -69,19 +69,20 @@ impl ArmFit {
         let of_joint = |joint: usize, quantity| result.estimate(joint, quantity).0;
         let friction = core::array::from_fn(|joint| {
             let coulomb_nm = of_joint(joint, Quantity::Coulomb);
+            let load = result.load[joint].map_or(0.0, |it| it.load);
             let static_nm = result.static_friction[joint].map_or(coulomb_nm, |it| it.torque_nm);
             match result.stribeck[joint] {
                 Some(curve) => Friction {
                     coulomb_nm,
                     static_nm: coulomb_nm + curve.drop_nm.max(0.0),
                     stribeck_rad_s: curve.speed_rad_s,
-                    load: 0.0,
+                    load,
                 },
                 None => Friction {
                     coulomb_nm,
                     static_nm: static_nm.max(coulomb_nm),
                     stribeck_rad_s: 0.0,
-                    load: 0.0,
+                    load,
                 },
             }
         });

@@ -24,7 +24,7 @@ pub struct Estimate {
     pub value: f64,
     /// Half-width of its 95 % confidence interval.
     pub half_width_95: f64,
-    /// Prior mean; `None` for static friction and the Stribeck curve.
+    /// Prior mean; `None` for static friction, the Stribeck curve and load friction.
     pub prior_mean: Option<f64>,
     /// Remark; empty for most.
     pub remark: &'static str,
@@ -91,6 +91,15 @@ impl Report {
                         curve.speed_error_rad_s,
                     ),
                 ]
+            }));
+            estimates.extend(fit.load[joint].map(|load| Estimate {
+                joint: joint + 1,
+                name: "load friction",
+                unit: "N m/N m",
+                value: load.load,
+                half_width_95: Z_95 * load.error,
+                prior_mean: None,
+                remark: "dry friction grows with the load on the gears",
             }));
             estimates.extend(fit.static_friction[joint].map(|friction| Estimate {
                 joint: joint + 1,

@@ -11,11 +11,9 @@
 //! the loss is a quadratic form in the logarithms of drop and speed: a few Newton steps find
 //! it, and its curvature gives their covariance.
 
-use armbridge_servo::JOINTS;
 use nalgebra::{Matrix2, SMatrix, Vector2};
 use serde::Serialize;
 
-use super::arm::KnownParameters;
 use super::cost::WindowFit;
 use super::quantity::{COUNT, PER_JOINT};
 use super::stage::Stage;
@@ -164,16 +162,5 @@ fn curve(logarithms: Vector2<f64>) -> StribeckCurve {
     StribeckCurve {
         drop_nm,
         speed_rad_s,
-    }
-}
-
-impl KnownParameters {
-    /// The same with the estimated Stribeck curves.
-    #[must_use]
-    pub(super) fn with_stribeck(&self, estimates: &[Option<StribeckEstimate>; JOINTS]) -> Self {
-        Self {
-            stribeck: estimates.map(|estimate| estimate.map(|estimate| estimate.curve())),
-            ..*self
-        }
     }
 }

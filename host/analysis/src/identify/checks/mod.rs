@@ -33,9 +33,9 @@ use super::arm::KnownParameters;
 use super::cost::{WindowFit, cost};
 use super::dataset::Trace;
 use super::fit_result::FitResult;
+use super::friction_forms::FrictionForm;
 use super::prior::Prior;
 use super::quantity::{COUNT, Quantity};
-use super::stribeck_curve::StribeckCurve;
 
 /// All checks of a fit.
 #[derive(Clone, Debug, Serialize)]
@@ -64,7 +64,7 @@ impl Checks {
     /// Checks a fit to these traces.
     pub fn new(fit: &FitResult, traces: &[Trace], known: &KnownParameters, prior: &Prior) -> Self {
         let traces = fit.smoothed(traces, known);
-        let known = &known.with_stribeck(&fit.stribeck);
+        let known = &known.with_friction(fit);
         let rollouts = rollouts(fit, &traces, known);
         let mut whiteness = Vec::new();
         let (mut missing_torques, mut without_dry_friction) = (Vec::new(), Vec::new());
@@ -92,25 +92,25 @@ impl Checks {
     }
 }
 
-/// Initial guess of a joint's Stribeck curve, if the test for one is significant; traces are
-/// smoothed.
-pub(super) fn stribeck_candidate(
+/// Initial guess of the form of a joint's dry friction for which the test is most significant,
+/// beside those that it has; traces are smoothed.
+pub(super) fn friction_candidate(
     fit: &FitResult,
     traces: &[Trace],
     known: &KnownParameters,
     joint: usize,
-) -> Option<StribeckCurve> {
+) -> Option<FrictionForm> {
     let rollouts = rollouts(fit, traces, known);
     let is_of_joint = |rollout: &&Rollout| rollout.window.joint == joint;
     let all: Vec<&Rollout> = rollouts.iter().filter(is_of_joint).collect();
     let explained = explained(fit, &rollouts, joint);
-    // With a large drop hardly any window is explained.
+    // With much of it hardly any window is explained.
     let windows = if 2 * explained.len() < all.len() {
         &all
     } else {
         &explained
     };
-    model_errors::stribeck_candidate(joint, windows, traces, known, fit)
+    model_errors::friction_candidate(joint, windows, traces, known, fit)
 }
 
 /// Rollouts of all windows; traces are smoothed.

@@ -11,6 +11,7 @@ use serde::Serialize;
 use super::super::arm::{JointModel, KnownParameters};
 use super::super::dataset::Trace;
 use super::super::fit_result::FitResult;
+use super::super::friction_forms::FrictionForm;
 use super::super::quantity::Quantity;
 use super::super::stribeck_curve::StribeckCurve;
 use super::rollout::Rollout;
@@ -23,9 +24,10 @@ const VISCOUS: usize = 0;
 const DRY_FRICTION: usize = 1;
 const INERTIA: usize = 5;
 /// Torques that the model lacks.
-const MISSING: [&str; 7] = [
+const MISSING: [&str; 8] = [
     "dry friction falling up to 0.3 rad/s (Stribeck)",
     "dry friction falling up to 1 rad/s (Stribeck)",
+    "dry friction growing with the load on the gears",
     "friction proportional to speed squared",
     "viscous friction by direction",
     "motor torque not proportional to PWM",
@@ -35,6 +37,8 @@ const MISSING: [&str; 7] = [
 const ALL: usize = OWN + MISSING.len();
 /// Speeds of the first two, in rad/s.
 const STRIBECK_RAD_S: [f64; 2] = [0.3, 1.0];
+/// The third.
+const LOAD: usize = OWN + STRIBECK_RAD_S.len();
 /// Significant improvement in noise variances: 5 standard deviations.
 pub(super) const SIGNIFICANT: f64 = 25.0;
 /// Largest negligible torque in N m.
@@ -81,20 +85,20 @@ struct NormalEquations {
     peak: [f64; ALL],
 }
 
-/// Initial guess of a joint's Stribeck curve, if the improvement by such a torque is
-/// significant; traces are smoothed.
-pub(super) fn stribeck_candidate(
+/// Initial guess of the form of a joint's dry friction that would improve the fit most, beside
+/// those that it has, if the improvement is significant; traces are smoothed.
+pub(super) fn friction_candidate(
     joint: usize,
     windows: &[&Rollout],
     traces: &[Trace],
     known: &KnownParameters,
     fit: &FitResult,
-) -> Option<StribeckCurve> {
+) -> Option<FrictionForm> {
     let equations = normal_equations(joint, windows, traces, known, fit);
     let own: Vec<usize> = (0..OWN).collect();
     let squares = equations.solve(&own, 0.0).0;
     let limit = squares - SIGNIFICANT * fit.noise_counts.powi(2);
-    let candidates = STRIBECK_RAD_S
+    let stribeck = STRIBECK_RAD_S
         .into_iter()
         .zip(OWN..)
         .map(|(speed_rad_s, column)| {
@@ -103,12 +107,18 @@ pub(super) fn stribeck_candidate(
                 drop_nm,
                 speed_rad_s,
             };
-            (squares, curve)
+            (squares, drop_nm, FrictionForm::Stribeck(curve))
         });
-    let significant =
-        candidates.filter(|(squares, curve)| *squares < limit && curve.drop_nm > NEGLIGIBLE_NM);
+    let (load_squares, load) = equations.fit_with(LOAD);
+    let load_nm = load * equations.peak[LOAD];
+    let load = (load_squares, load_nm, FrictionForm::Load(load));
+    let candidates = stribeck.chain([load]).filter(|(_, _, form)| match form {
+        FrictionForm::Stribeck(_) => known.stribeck[joint].is_none(),
+        FrictionForm::Load(_) => known.load[joint] == 0.0,
+    });
+    let significant = candidates.filter(|(squares, nm, _)| *squares < limit && *nm > NEGLIGIBLE_NM);
     let best = significant.min_by(|a, b| a.0.total_cmp(&b.0));
-    best.map(|(_, curve)| curve)
+    best.map(|(_, _, form)| form)
 }
 
 /// Tests the model on these windows of a joint; traces are smoothed.
@@ -252,7 +262,8 @@ impl TorqueSensitivity<'_> {
                 if direction * before < 0.0 {
                     // A joint that reverses later decelerates for longer and accelerates for
                     // less.
-                    let dry = self.model.dry_friction(0.0) * (direction - before);
+                    let load = self.known.load[self.joint] * -torques[LOAD] * direction;
+                    let dry = (self.model.dry_friction(0.0) + load) * (direction - before);
                     let after = -torques[INERTIA] * inertia;
                     let factor = (after / (after + dry)).clamp(0.0, 1.0);
                     v = v.map(|v| v * factor);
@@ -275,20 +286,22 @@ impl TorqueSensitivity<'_> {
         const STEP: f64 = 1e-4;
         let [q, v] = self.trace.states[tick][self.joint];
         let other = self.trace.states[tick][1 - self.joint];
+        let motor = |tick: i64| {
+            let pwm = self.trace.pwm_at(tick - self.delay_ticks, self.joint);
+            self.model.motor_torque(pwm)
+        };
+        let (before, torque) = (motor(tick as i64 - 1), motor(tick as i64));
         let torque_at = |q: f64, v: f64| {
             let (passive, inertia) = self.model.passive_dynamics(q, v, other);
-            (passive - self.model.dry_friction(v) * direction, inertia)
+            let load = self.model.load_friction(q, v, other, torque);
+            let dry = self.model.dry_friction(v) + load;
+            (passive - dry * direction, inertia)
         };
         let derivative = |a: (f64, f64), b: (f64, f64)| (b.0 - a.0) / (2.0 * STEP);
         let by_state = [
             derivative(torque_at(q - STEP, v), torque_at(q + STEP, v)),
             derivative(torque_at(q, v - STEP), torque_at(q, v + STEP)),
         ];
-        let motor = |tick: i64| {
-            let pwm = self.trace.pwm_at(tick - self.delay_ticks, self.joint);
-            self.model.motor_torque(pwm)
-        };
-        let (before, torque) = (motor(tick as i64 - 1), motor(tick as i64));
         let (own, inertia) = torque_at(q, v);
         let acceleration = (own + torque) / inertia;
         let last = self.trace.states.len() - 1;
@@ -308,6 +321,7 @@ impl TorqueSensitivity<'_> {
             -acceleration,
             -direction * (-(v / STRIBECK_RAD_S[0]).powi(2)).exp(),
             -direction * (-(v / STRIBECK_RAD_S[1]).powi(2)).exp(),
+            -direction * self.model.gear_torque(q, v, other, torque),
             -v * v.abs(),
             -v.abs(),
             torque * torque.abs(),

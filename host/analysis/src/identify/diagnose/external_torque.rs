@@ -152,11 +152,14 @@ impl<'a> Model<'a> {
             (torque, beyond + if is_at_edge { EDGE_NM } else { 0.0 })
         };
         let dry = |tick: usize| {
-            let v = state(tick)[1];
+            let [q, v] = state(tick);
+            let other = trace.states[tick][1 - joint];
+            let load_nm = self.arm.load_friction(q, v, other, motor(tick).0);
             if v.abs() > SLIDES_RAD_S {
-                (self.arm.dry_friction(v) * v.signum(), 0.0)
+                ((self.arm.dry_friction(v) + load_nm) * v.signum(), 0.0)
             } else {
-                (0.0, STATIC_RATIO * self.arm.dry_friction(f64::INFINITY))
+                let sliding_nm = self.arm.dry_friction(f64::INFINITY);
+                (0.0, STATIC_RATIO * sliding_nm + load_nm)
             }
         };
         let inertia = passive(first + bump.len() / 2).1;

@@ -90,7 +90,7 @@ pub fn check_fit(
     known: &KnownParameters,
     fit: &FitResult,
 ) -> Result<(), Diagnosis> {
-    let known = &known.with_stribeck(&fit.stribeck);
+    let known = &known.with_friction(fit);
     let smoothed = fit.smoothed(traces, known);
     let episodes = external_torque::episodes(&smoothed, known, fit);
     let by_magnitude =

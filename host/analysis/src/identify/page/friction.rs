@@ -1,5 +1,6 @@
 //! Figure of friction against speed: torque of the motor less gravity and inertia over short
-//! segments in which a joint slides, and the estimated curve.
+//! segments in which a joint slides, and the estimated curve. Friction of the load on the gears is
+//! left out: it depends on more than the speed.
 
 use armbridge_servo::JOINTS;
 
@@ -117,7 +118,10 @@ fn friction_points(
             let v = bump.mean(first, speed);
             let explained = bump.mean(first, |tick| {
                 let pwm = trace.pwm_at(tick as i64 - delay_ticks, joint);
-                passive(tick).0 + viscous * state(tick)[1] + model.motor_torque(pwm)
+                let motor = model.motor_torque(pwm);
+                let [q, v] = state(tick);
+                let load = model.load_friction(q, v, trace.states[tick][1 - joint], motor);
+                passive(tick).0 + viscous * v + motor - load * v.signum()
             });
             let inertia = passive(first + HALF).1;
             let inertial = inertia * bump.rate(first, |tick| state(tick)[1]) / known.period_s;

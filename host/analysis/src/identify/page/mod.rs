@@ -82,7 +82,7 @@ impl Page<'_> {
 
     fn figures(&self) -> Vec<Figure> {
         const WINDOWS: [&str; JOINTS] = ["windows-1", "windows-2"];
-        let known = self.known.with_stribeck(&self.fit.stribeck);
+        let known = self.known.with_friction(self.fit);
         let period_s = known.period_s;
         let windows = WINDOWS.into_iter().enumerate().filter_map(|(joint, name)| {
             Some(Figure {

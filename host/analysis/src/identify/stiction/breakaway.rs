@@ -83,7 +83,7 @@ impl StaticFrictionFit<'_> {
             if tick >= rest.first + SETTLING_TICKS && position.count > 0.0 {
                 let start = [model.angle(position.mean), 0.0];
                 let motion = || Motion::new(model, joint, self.known, trace, start, direction);
-                let torque_nm = motion().applied_torque(tick) * direction;
+                let torque_nm = motion().breakaway_torque(tick, direction);
                 if torque_nm > largest && torque_nm < model.dry_friction(0.0) {
                     largest = torque_nm;
                 } else if torque_nm > largest {
@@ -106,7 +106,7 @@ impl StaticFrictionFit<'_> {
         onsets
     }
 
-    /// Gradient of the applied torque at a tick by all coordinates.
+    /// Gradient of the torque at a tick, in the direction of sliding, by all coordinates.
     fn torque_gradient(
         &self,
         trace: &Trace,
@@ -125,7 +125,8 @@ impl StaticFrictionFit<'_> {
         let model = JointModel::new(self.known, joint, &coordinates, link);
         let counts = trace.counts[tick][joint].map_or(0.0, f64::from);
         let start = [model.angle(Dual::from(counts)), Dual::from(0.0)];
-        let torque = Motion::new(model, joint, self.known, trace, start, 0.0).applied_torque(tick);
+        let mut motion = Motion::new(model, joint, self.known, trace, start, 0.0);
+        let torque = motion.breakaway_torque(tick, direction);
         let mut torque_gradient = SVector::zeros();
         for (derivative, value) in torque.eps.0.iter().flat_map(|eps| eps.iter().enumerate()) {
             let index = if derivative == PER_JOINT {
@@ -133,7 +134,7 @@ impl StaticFrictionFit<'_> {
             } else {
                 joint * PER_JOINT + derivative
             };
-            torque_gradient[index] += value * direction;
+            torque_gradient[index] += value;
         }
         torque_gradient
     }
