@@ -29,9 +29,11 @@
 //! | `fit`                   | fit of a form of friction to recordings                     |
 //! | `jackknife`             | 95 % intervals                                              |
 //! | `holdout`               | errors on recordings excluded from the fit                  |
+//! | `filter`                | the board's Kalman filter over the recordings               |
 //! | `report`                | all fits of a set of recordings, as a table and as data     |
 
 mod covariance_adaptation;
+mod filter;
 mod fit;
 mod holdout;
 mod jackknife;
@@ -40,6 +42,7 @@ mod parameters;
 mod recording;
 mod report;
 
+pub use filter::Innovations;
 pub use fit::{Fit, error_deg};
 pub use holdout::{Holdout, HoldoutError};
 pub use jackknife::Estimate;

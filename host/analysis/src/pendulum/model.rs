@@ -26,18 +26,26 @@ pub(super) const GRAVITY_M_S2: f64 = 9.80665;
 const DUTY_PER_RAD: f64 = 4096.0 / (core::f64::consts::TAU * 256.0 * 885.0);
 /// Longest step in s: a quarter of it changes the error of a recording's simulation by 0.01
 /// degrees. A step acts as half its length of delay, by which that of the goals is too large.
-const STEP_MAX_S: f64 = 1e-3;
+pub(super) const STEP_MAX_S: f64 = 1e-3;
 
 /// The goals as the servo has them: late, and between samples on a line.
-struct Goals<'a> {
+pub(super) struct Goals<'a> {
     samples: &'a [Sample],
     delay_s: f64,
     index: usize,
 }
 
-impl Goals<'_> {
+impl<'a> Goals<'a> {
+    pub(super) fn new(samples: &'a [Sample], parameters: &Parameters) -> Self {
+        Self {
+            samples,
+            delay_s: parameters.get(Quantity::Delay),
+            index: 0,
+        }
+    }
+
     /// Goal in rad at a time, and the supply in V if the motor is driven; times only grow.
-    fn at(&mut self, time_s: f64) -> (f64, Option<f64>) {
+    pub(super) fn at(&mut self, time_s: f64) -> (f64, Option<f64>) {
         let time_s = time_s - self.delay_s;
         let is_past = |sample: &Sample| sample.time_s <= time_s;
         while self.samples.get(self.index + 1).is_some_and(is_past) {
@@ -62,22 +70,22 @@ struct Pendulum {
 }
 
 /// Constants of a simulation.
-struct Plant {
-    inertia_kg_m2: f64,
-    gravity_nm: f64,
-    zero_rad: f64,
+pub(super) struct Plant {
+    pub(super) inertia_kg_m2: f64,
+    pub(super) gravity_nm: f64,
+    pub(super) zero_rad: f64,
     duty_per_rad: f64,
     stall_nm_v: f64,
-    back_emf: f64,
-    viscous: f64,
-    coulomb_nm: f64,
-    load: f64,
+    pub(super) back_emf: f64,
+    pub(super) viscous: f64,
+    pub(super) coulomb_nm: f64,
+    pub(super) load: f64,
     load_static: f64,
     stribeck_rad_s: f64,
 }
 
 impl Plant {
-    fn new(recording: &Recording, parameters: &Parameters) -> Self {
+    pub(super) fn new(recording: &Recording, parameters: &Parameters) -> Self {
         let get = |quantity| parameters.get(quantity);
         Self {
             inertia_kg_m2: recording.inertia_kg_m2 + get(Quantity::RotorInertia),
@@ -95,17 +103,21 @@ impl Plant {
         }
     }
 
+    /// Torque of the motor at rest in N m, as the servo's controller drives it.
+    pub(super) fn stall_nm(&self, angle_rad: f64, goal_rad: f64, supply_v: Option<f64>) -> f64 {
+        supply_v.map_or(0.0, |supply_v| {
+            let duty = (self.duty_per_rad * (goal_rad - angle_rad)).clamp(-1.0, 1.0);
+            self.stall_nm_v * supply_v * duty
+        })
+    }
+
     fn step(&self, pendulum: &mut Pendulum, goal_rad: f64, supply_v: Option<f64>, step_s: f64) {
         let Pendulum {
             angle_rad,
             speed_rad_s,
         } = *pendulum;
-        let (stall_nm, back_emf) = if let Some(supply_v) = supply_v {
-            let duty = (self.duty_per_rad * (goal_rad - angle_rad)).clamp(-1.0, 1.0);
-            (self.stall_nm_v * supply_v * duty, self.back_emf)
-        } else {
-            (0.0, 0.0)
-        };
+        let stall_nm = self.stall_nm(angle_rad, goal_rad, supply_v);
+        let back_emf = supply_v.map_or(0.0, |_| self.back_emf);
         let weight_nm = self.gravity_nm * (angle_rad - self.zero_rad).sin();
         let gears_nm = (stall_nm - back_emf * speed_rad_s + weight_nm).abs();
         let rest = (-(speed_rad_s / self.stribeck_rad_s).powi(2)).exp();
@@ -127,11 +139,7 @@ pub fn simulate(recording: &Recording, parameters: &Parameters) -> Vec<f64> {
 fn simulate_in_steps(recording: &Recording, parameters: &Parameters, step_max_s: f64) -> Vec<f64> {
     let samples = &recording.samples;
     let plant = Plant::new(recording, parameters);
-    let mut goals = Goals {
-        samples,
-        delay_s: parameters.get(Quantity::Delay),
-        index: 0,
-    };
+    let mut goals = Goals::new(samples, parameters);
     let mut pendulum = Pendulum {
         angle_rad: samples.first().map_or(0.0, |sample| sample.angle_rad),
         speed_rad_s: recording.initial_speed_rad_s,

@@ -5,6 +5,7 @@ use armbridge_log::text_table;
 use serde::Serialize;
 
 use super::covariance_adaptation::Search;
+use super::filter::{Innovations, has_form, innovations, rounding_counts};
 use super::fit::{Fit, Interrupted, Task, best, fit_all};
 use super::holdout::{Holdout, Partition};
 use super::jackknife::{Estimate, estimates};
@@ -60,6 +61,8 @@ pub struct Report {
     pub holdouts: Vec<Holdout>,
     /// Errors by recording.
     pub recordings: Vec<RecordingErrors>,
+    /// The board's Kalman filter over all recordings, with each form of friction that it can have.
+    pub innovations: Vec<Innovations>,
     /// Form of friction that the estimates belong to.
     pub estimated: FrictionForm,
     /// Its parameters, fitted to all recordings.
@@ -165,6 +168,11 @@ pub fn identify(
             .iter()
             .map(|recording| recording_errors(recording, fitted))
             .collect(),
+        innovations: fitted
+            .iter()
+            .filter(|fit| has_form(fit.form))
+            .filter_map(|fit| innovations(&all, fit))
+            .collect(),
         holdouts,
         estimated: ESTIMATED,
         estimates: estimates(ESTIMATED, &estimated.parameters, &without_one),
@@ -216,10 +224,14 @@ impl Report {
             "mean absolute error of the simulated angle in degrees:\n{}\n\
              errors on recordings held out of the fit (on those of the fit) in degrees:\n{}\n\
              errors by recording, fitted to all, in degrees:\n{}\n\
+             innovations of the board's Kalman filter, in counts (rounding alone: {:.2}), over all \
+             recordings:\n{}\n\
              parameters with friction by {}, fitted to all recordings:\n{}",
             text_table::columns(&self.form_rows()),
             text_table::columns(&self.holdout_rows()),
             text_table::columns(&self.recording_rows()),
+            rounding_counts(),
+            text_table::columns(&self.innovation_rows()),
             self.estimated.name(),
             text_table::columns(&self.estimate_rows())
         )
@@ -268,6 +280,31 @@ impl Report {
         };
         let heads = form_heads(&["trajectory", "kp"]);
         with_heads(&heads, self.recordings.iter().map(row))
+    }
+
+    fn innovation_rows(&self) -> Vec<Vec<String>> {
+        let row = |it: &Innovations| {
+            vec![
+                it.form.name().to_owned(),
+                format!("{:.2}", it.rms_counts),
+                format!("{:.2}", it.slow_rms_counts),
+                format!("{:.2}", it.fast_rms_counts),
+                format!(
+                    "{:.3} (± {:.3})",
+                    it.autocorrelation, it.autocorrelation_limit
+                ),
+                format!("{:.1}", 1e3 * it.disturbance_rms_nm),
+            ]
+        };
+        let heads = [
+            "friction",
+            "rms",
+            "below 0.2 rad/s",
+            "above",
+            "autocorrelation (of noise)",
+            "disturbance, mN m rms",
+        ];
+        with_heads(&heads, self.innovations.iter().map(row))
     }
 
     fn estimate_rows(&self) -> Vec<Vec<String>> {
