@@ -4,8 +4,8 @@ use armbridge_link::message::{Command, Fault, Limits, Mode, Refusal, Setup};
 use armbridge_servo::Firmware;
 use armbridge_sim::faults::sensor::SensorFault;
 use armbridge_sim::plant::PlantConfig;
+use armbridge_tests::torque_off::METHODS;
 use armbridge_tests::torque_off::cases::run_cases;
-use armbridge_tests::torque_off::client::Method;
 use armbridge_tests::torque_off::passthrough::{befores, is_stopped, stops};
 use armbridge_tests::torque_off::rig::{World, bench, with_rig};
 use armbridge_tests::torque_off::sessions::{End, sessions_end};
@@ -34,14 +34,14 @@ fn a_client_that_hangs_is_ended_by_the_firmware() {
 #[test]
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
 fn every_stop_of_the_firmware_ends_what_a_client_drives() {
-    let cases = Method::AX12A.into_iter().flat_map(stops);
+    let cases = METHODS.into_iter().flat_map(stops);
     run_cases(cases, |case| is_stopped(World::Emulator, case));
 }
 
 #[test]
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
 fn a_client_that_floods_or_changes_the_rate_is_stopped_by_the_firmware() {
-    let cases = Method::AX12A.into_iter().flat_map(befores);
+    let cases = METHODS.into_iter().flat_map(befores);
     run_cases(cases, |case| is_stopped(World::Emulator, case));
 }
 

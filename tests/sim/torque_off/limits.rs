@@ -5,6 +5,7 @@ use armbridge_link::message::{Command, Fault, Limits, Mode, Setup};
 use armbridge_servo::{Firmware, JOINTS};
 use armbridge_sim::faults::sensor::SensorFault;
 use armbridge_sim::plant::{PlantConfig, Push};
+use armbridge_tests::calibrations;
 use armbridge_tests::torque_off::cases::{all, check, run_cases};
 use armbridge_tests::torque_off::rig::{Rig, STOP_US, World, bench, with_rig};
 
@@ -20,9 +21,10 @@ const STEP_US: u64 = 100;
 const POLLED_MS: u64 = 1_000;
 
 /// Regulates at upright, at this period.
-fn stand(rig: &mut Rig<'_>, period_us: u32, limits: Limits) {
+fn stand(rig: &mut Rig<'_>, firmware: Firmware, period_us: u32, limits: Limits) {
     let setup = Setup {
         period_us,
+        joints: calibrations(firmware),
         ..Setup::best()
     };
     assert_eq!(rig.command(Command::Configure(setup)), Ok(()));
@@ -61,7 +63,7 @@ fn an_arm_that_is_pushed_beyond_its_angle_limit_is_off_within_two_ticks() {
         };
         let arm = bench(&PlantConfig::default(), Firmware::Morpheus);
         with_rig(World::Bench, arm, |rig| {
-            stand(rig, period_us, limits);
+            stand(rig, Firmware::Morpheus, period_us, limits);
             rig.cosim.bench.push(Push {
                 joint,
                 torque_nm,
@@ -88,30 +90,35 @@ fn an_arm_that_is_pushed_beyond_its_angle_limit_is_off_within_two_ticks() {
 
 #[test]
 fn a_driven_servo_that_gets_hot_ends_the_drive() {
-    // Below the temperature at which a stock servo releases its shaft by itself.
+    // Below the temperature at which a stock or X servo releases its shaft by itself.
     let limits = Limits {
         temperature_c: 60,
         ..Limits::default()
     };
-    // At 1 kHz the bus has no time for the temperature of a stock servo, which has an alarm for it.
+    // At 1 kHz the bus has no time for the temperature of a stock or X servo, which has an alarm for
+    // it.
     let arms = [
         (Firmware::Morpheus, 1_000),
         (Firmware::Morpheus, 10_000),
         (Firmware::Stock, 10_000),
+        (Firmware::XSeries, 2_000),
+        (Firmware::XSeries, 10_000),
     ];
     let cases = arms.map(|(firmware, period_us)| [0, 1].map(|joint| (firmware, period_us, joint)));
     run_cases(cases.concat(), |&(firmware, period_us, joint)| {
         let arm = bench(&PlantConfig::default(), firmware);
         with_rig(World::Bench, arm, |rig| {
-            if firmware == Firmware::Stock {
+            if firmware != Firmware::Morpheus {
                 rig.prepare();
             }
-            stand(rig, period_us, limits);
+            stand(rig, firmware, period_us, limits);
             rig.pass_ms(POLLED_MS);
             // Beyond the limit at once.
             let servo = rig.cosim.bench.servo_mut(joint);
             if let Some(stock) = servo.stock_mut() {
                 stock.set_temperature(65.0);
+            } else if let Some(x) = servo.x_series_mut() {
+                x.set_temperature(65.0);
             } else {
                 let counts_per_s = 1e3 * f64::from(limits.temperature_drift_counts);
                 let fault = SensorFault::Hot { counts_per_s };
@@ -121,6 +128,26 @@ fn a_driven_servo_that_gets_hot_ends_the_drive() {
             let mode = rig.mode();
             let is_fault = mode == Some(Mode::Fault(Fault::Temperature));
             check(is_fault, || format!("{POLLED_MS} ms later: {mode:?}"))
+        })
+    });
+}
+
+/// At 1 kHz its temperature is not read: the alert in its replies is the guard.
+#[test]
+fn an_x_servo_that_is_hot_at_1_khz_ends_the_drive_by_its_own_alert() {
+    run_cases([0, 1], |&joint| {
+        let arm = bench(&PlantConfig::default(), Firmware::XSeries);
+        with_rig(World::Bench, arm, |rig| {
+            rig.prepare();
+            stand(rig, Firmware::XSeries, 1_000, Limits::default());
+            let servo = rig.cosim.bench.servo_mut(joint).x_series_mut();
+            // Beyond the XL430's limit of 72 °C.
+            servo.expect("an X servo").set_temperature(75.0);
+            let hot_us = rig.now_us();
+            let off = rig.stays_off(hot_us + STOP_US, POLLED_MS);
+            let mode = rig.mode();
+            let is_fault = mode == Some(Mode::Fault(Fault::ServoAlarm));
+            all([off, check(is_fault, || format!("{mode:?}"))])
         })
     });
 }

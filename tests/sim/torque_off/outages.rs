@@ -1,5 +1,5 @@
-//! Outages of the wire to stock servos that are driven: they keep their last duty,
-//! and are off as soon as the wire can carry a packet again.
+//! Outages of the wire to servos that are driven. Stock servos keep their last duty, and are off
+//! as soon as the wire can carry a packet again; X servos are off by their watchdog during it.
 //!
 //! Standing is not off: an arm that presses against an obstacle, or leans on its
 //! motors, stands still with its motors on. Nor is a servo off that hears the stop as the rest of
@@ -8,9 +8,11 @@
 use armbridge_link::message::{Command, Setup};
 use armbridge_servo::{Firmware, JOINTS};
 use armbridge_sim::plant::PlantConfig;
-use armbridge_tests::plant;
 use armbridge_tests::torque_off::cases::{all, run_cases};
-use armbridge_tests::torque_off::rig::{STOP_US, World, bench, between_obstacles, with_rig};
+use armbridge_tests::torque_off::rig::{
+    STOP_US, WATCHDOG_US, World, bench, between_obstacles, with_rig,
+};
+use armbridge_tests::{calibrations, plant};
 
 /// Lengths of outages in ms: longer than samples may be missing.
 const CUTS_MS: [u64; 5] = [30, 60, 90, 200, 400];
@@ -59,10 +61,14 @@ impl Arm {
     }
 }
 
-fn outage(arm: Arm, cut_ms: u64, phase_us: u64) -> Result<(), String> {
-    with_rig(World::Bench, bench(&arm.plant(), Firmware::Stock), |rig| {
+fn outage(firmware: Firmware, arm: Arm, cut_ms: u64, phase_us: u64) -> Result<(), String> {
+    with_rig(World::Bench, bench(&arm.plant(), firmware), |rig| {
         rig.prepare();
-        assert_eq!(rig.command(Command::Configure(Setup::best())), Ok(()));
+        let setup = Setup {
+            joints: calibrations(firmware),
+            ..Setup::best()
+        };
+        assert_eq!(rig.command(Command::Configure(setup)), Ok(()));
         rig.drive(arm.command());
         rig.pass_ms(arm.driven_ms());
         rig.until_us(rig.now_us().next_multiple_of(1_000) + phase_us);
@@ -72,9 +78,13 @@ fn outage(arm: Arm, cut_ms: u64, phase_us: u64) -> Result<(), String> {
             "{arm:?}: {mode:?}"
         );
         rig.cosim.bench.hold_high(cut_ms * 1_000);
-        let whole_us = rig.now_us() + cut_ms * 1_000;
+        let cut_us = rig.now_us();
+        let off_us = match firmware {
+            Firmware::XSeries => cut_us + WATCHDOG_US,
+            Firmware::Morpheus | Firmware::Stock => cut_us + cut_ms * 1_000 + STOP_US,
+        };
         all([
-            rig.stays_off(whole_us + STOP_US, World::Bench.watch_ms()),
+            rig.stays_off(off_us, World::Bench.watch_ms()),
             rig.reports_are_true(),
             rig.is_reported_off(),
         ])
@@ -82,10 +92,15 @@ fn outage(arm: Arm, cut_ms: u64, phase_us: u64) -> Result<(), String> {
 }
 
 fn outages(arm: Arm) {
-    let cases = CUTS_MS
+    let cases = [Firmware::Stock, Firmware::XSeries]
         .into_iter()
-        .flat_map(|cut_ms| PHASES_US.map(|phase_us| (cut_ms, phase_us)));
-    run_cases(cases, |(cut_ms, phase_us)| outage(arm, *cut_ms, *phase_us));
+        .flat_map(|firmware| {
+            let both = move |cut_ms| PHASES_US.map(move |phase_us| (firmware, cut_ms, phase_us));
+            CUTS_MS.into_iter().flat_map(both)
+        });
+    run_cases(cases, |(firmware, cut_ms, phase_us)| {
+        outage(*firmware, arm, *cut_ms, *phase_us)
+    });
 }
 
 /// The longest packet to each servo, of which the rest never comes.

@@ -1,20 +1,20 @@
 //! Emergency stops while a client of the transparent port drives the motors: they are
 //! off and stay off, whatever the client does.
 
+use armbridge_tests::torque_off::METHODS;
 use armbridge_tests::torque_off::cases::run_cases;
-use armbridge_tests::torque_off::client::Method;
 use armbridge_tests::torque_off::passthrough::{Stop, befores, is_stopped, stops};
 use armbridge_tests::torque_off::rig::{World, bench, between_obstacles, with_rig};
 
 #[test]
 fn every_stop_ends_what_a_client_drives() {
-    let cases = Method::AX12A.into_iter().flat_map(stops);
+    let cases = METHODS.into_iter().flat_map(stops);
     run_cases(cases, |case| is_stopped(World::Bench, case));
 }
 
 #[test]
 fn a_client_that_floods_or_changes_the_rate_is_stopped() {
-    let cases = Method::AX12A.into_iter().flat_map(befores);
+    let cases = METHODS.into_iter().flat_map(befores);
     run_cases(cases, |case| is_stopped(World::Bench, case));
 }
 
@@ -22,7 +22,7 @@ fn a_client_that_floods_or_changes_the_rate_is_stopped() {
 /// nothing.
 #[test]
 fn a_client_that_comes_after_a_stop_drives_nothing() {
-    run_cases(Method::AX12A, |method| {
+    run_cases(METHODS, |method| {
         let bench = bench(&between_obstacles(), method.firmware());
         with_rig(World::Bench, bench, |rig| {
             rig.stop(Stop::Host);

@@ -1,12 +1,12 @@
-//! Reset of a stock servo in mid-run: it lets go of its shaft, and answers as
-//! before.
+//! Reset of a servo in mid-run: it lets go of its shaft. A stock servo answers as before, and an X
+//! servo is silent for as long as it boots.
 
 use armbridge_link::message::{Command, Fault, Mode, Setup};
 use armbridge_servo::{Firmware, JOINTS};
 use armbridge_sim::plant::PlantConfig;
-use armbridge_tests::plant;
 use armbridge_tests::torque_off::cases::{all, check, run_cases};
 use armbridge_tests::torque_off::rig::{STOP_US, World, bench, between_obstacles, with_rig};
+use armbridge_tests::{calibrations, plant};
 
 /// Time from the reset to the fault, in µs.
 const NOTICED_US: u64 = 100_000;
@@ -41,10 +41,18 @@ impl Arm {
     }
 }
 
-fn is_noticed(arm: Arm, servo: usize, after_ms: u64) -> Result<(), String> {
-    with_rig(World::Bench, bench(&arm.plant(), Firmware::Stock), |rig| {
+fn is_noticed(firmware: Firmware, arm: Arm, servo: usize, after_ms: u64) -> Result<(), String> {
+    let expected = match firmware {
+        Firmware::Morpheus | Firmware::Stock => Fault::ServoReset,
+        Firmware::XSeries => Fault::ServoSilent,
+    };
+    with_rig(World::Bench, bench(&arm.plant(), firmware), |rig| {
         rig.prepare();
-        assert_eq!(rig.command(Command::Configure(Setup::best())), Ok(()));
+        let setup = Setup {
+            joints: calibrations(firmware),
+            ..Setup::best()
+        };
+        assert_eq!(rig.command(Command::Configure(setup)), Ok(()));
         rig.drive(arm.command());
         rig.pass_ms(after_ms);
         let mode = rig.mode();
@@ -60,7 +68,7 @@ fn is_noticed(arm: Arm, servo: usize, after_ms: u64) -> Result<(), String> {
             check(matches!(mode, Some(Mode::Fault(_))), || {
                 format!("{} ms after the reset {mode:?}", NOTICED_US / 1_000)
             }),
-            check(fault == Some(Fault::ServoReset), || {
+            check(fault == Some(expected), || {
                 format!("reported fault {fault:?}")
             }),
             rig.stays_off(reset_us + NOTICED_US + STOP_US, World::Bench.watch_ms()),
@@ -70,13 +78,16 @@ fn is_noticed(arm: Arm, servo: usize, after_ms: u64) -> Result<(), String> {
 }
 
 #[test]
-fn a_stock_servo_that_is_reset_ends_the_run() {
+fn a_servo_that_is_reset_ends_the_run() {
     let arms = [Arm::Stands, Arm::Leans, Arm::Presses];
-    let cases = arms
+    let cases = [Firmware::Stock, Firmware::XSeries]
         .into_iter()
-        .flat_map(|arm| [0, JOINTS - 1].map(|servo| (arm, servo)));
-    run_cases(cases, |(arm, servo)| {
-        is_noticed(*arm, *servo, PHASES_MS.start)
+        .flat_map(|firmware| {
+            let both = move |arm| [0, JOINTS - 1].map(move |servo| (firmware, arm, servo));
+            arms.into_iter().flat_map(both)
+        });
+    run_cases(cases, |(firmware, arm, servo)| {
+        is_noticed(*firmware, *arm, *servo, PHASES_MS.start)
     });
 }
 
@@ -84,6 +95,6 @@ fn a_stock_servo_that_is_reset_ends_the_run() {
 fn a_stock_servo_that_is_reset_at_any_instant_ends_the_run() {
     let cases = PHASES_MS.flat_map(|after_ms| [0, JOINTS - 1].map(|servo| (after_ms, servo)));
     run_cases(cases, |(after_ms, servo)| {
-        is_noticed(Arm::Leans, *servo, *after_ms)
+        is_noticed(Firmware::Stock, Arm::Leans, *servo, *after_ms)
     });
 }

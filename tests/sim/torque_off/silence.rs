@@ -1,8 +1,8 @@
 //! Silence of a client of the transparent port that has driven the motors: its turn
 //! on the bus ends.
 
+use armbridge_tests::torque_off::METHODS;
 use armbridge_tests::torque_off::cases::{check, run_cases};
-use armbridge_tests::torque_off::client::Method;
 use armbridge_tests::torque_off::rig::{World, bench, between_obstacles, with_rig};
 use armbridge_tests::torque_off::silence::{cases, is_ended};
 
@@ -19,7 +19,7 @@ fn a_client_that_hangs_is_ended() {
 /// A client that drives once and then only asks is not silent.
 #[test]
 fn a_client_that_asks_keeps_the_bus() {
-    run_cases(Method::AX12A, |method| {
+    run_cases(METHODS, |method| {
         let bench = bench(&between_obstacles(), method.firmware());
         with_rig(World::Bench, bench, |rig| {
             rig.client_prepares(*method);

@@ -14,3 +14,8 @@ pub mod sessions;
 pub mod silence;
 
 pub use armbridge_sim::faults::port_client as client;
+
+use client::Method;
+
+/// Every method by which a client drives servos, of either series.
+pub const METHODS: [Method; 4] = [Method::Pwm, Method::Speeds, Method::Goals, Method::Duties];

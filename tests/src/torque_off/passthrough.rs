@@ -2,6 +2,7 @@
 //! off and stay off, whatever the client does.
 
 use armbridge_link::message::{Fault, StopSource, ToBoard};
+use armbridge_servo::Firmware;
 
 use super::cases::{all, check};
 use super::client::Method;
@@ -13,8 +14,10 @@ const STREAM_US: u64 = 10_000;
 /// bus carries.
 const FLOOD_US: u64 = 1_000;
 const FLOOD_PACKETS: usize = 5;
-/// Rates with the value that sets them in a servo of either firmware.
+/// Rates with the value that sets them in an AX-12A of either firmware.
 const RATES: [(u32, u8); 2] = [(500_000, 3), (57_600, 34)];
+/// The same for the X series, one above and one below that of the board.
+const X_RATES: [(u32, u8); 2] = [(2_000_000, 4), (57_600, 1)];
 /// Garbage that is an emergency stop, in bytes.
 const GARBAGE: u32 = 8_000;
 /// Time from one stop to the next, in ms.
@@ -75,6 +78,14 @@ const PLAIN: Case = Case {
     after: After::Streams,
 };
 
+/// Rates that a client gives these servos.
+fn rates(method: Method) -> [(u32, u8); 2] {
+    match method.firmware() {
+        Firmware::Morpheus | Firmware::Stock => RATES,
+        Firmware::XSeries => X_RATES,
+    }
+}
+
 /// Stops of each kind, alone and after others, of this client.
 pub fn stops(method: Method) -> Vec<Case> {
     use Stop::{Garbage, Host, Pin, PinHeld};
@@ -96,11 +107,11 @@ pub fn stops(method: Method) -> Vec<Case> {
 /// Stops of this client after other actions.
 pub fn befores(method: Method) -> Vec<Case> {
     let mut befores = vec![Before::Floods];
-    for rate in 0..RATES.len() {
+    for rate in 0..rates(method).len() {
         befores.extend([Before::SetsLine(rate), Before::SetsBoth(rate)]);
     }
     if method == Method::Pwm {
-        // A stock servo that is driven takes no rate. At a lower one, the rest of a
+        // A stock or X servo that is driven takes no rate. At a lower one, the rest of a
         // packet that a servo waits for lasts longer than a stop may.
         befores.push(Before::SetsServo(0));
     }
@@ -133,16 +144,17 @@ impl Rig<'_> {
     }
 
     fn client_does(&mut self, method: Method, before: Before) {
+        let rates = rates(method);
         match before {
             Before::Nothing => {}
             Before::Floods => {
                 let burst = method.question().repeat(FLOOD_PACKETS);
                 self.client.stream(burst, FLOOD_US);
             }
-            Before::SetsLine(rate) => self.client.open(RATES[rate].0),
-            Before::SetsServo(rate) => self.client.send(&method.rate(0, RATES[rate].1)),
+            Before::SetsLine(rate) => self.client.open(rates[rate].0),
+            Before::SetsServo(rate) => self.client.send(&method.rate(0, rates[rate].1)),
             Before::SetsBoth(rate) => {
-                let (baud, register) = RATES[rate];
+                let (baud, register) = rates[rate];
                 self.client.send(&method.rate(0, register));
                 self.pass_ms(50);
                 self.client.open(baud);
@@ -152,7 +164,7 @@ impl Rig<'_> {
         }
         self.pass_ms(200);
         if let Before::SetsServo(rate) | Before::SetsBoth(rate) = before {
-            let register = u16::from(RATES[rate].1);
+            let register = u16::from(rates[rate].1);
             assert_eq!(self.rate_register(0), Some(register.into()), "{method:?}");
         }
     }

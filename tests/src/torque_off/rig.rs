@@ -20,6 +20,9 @@ use crate::{emulated_board, with_encoders};
 
 /// From a stop, or from when the bus can carry a packet again, to motors off, in µs.
 pub const STOP_US: u64 = 20_000;
+/// Within which an X servo that receives nothing is off, in µs: its watchdog, a control step and
+/// the packet before.
+pub const WATCHDOG_US: u64 = 22_000;
 /// Until the servos are found, in µs: at the last of four speeds.
 const FOUND_US: u64 = 2_000_000;
 /// Within which the motors are checked, at the longest period.

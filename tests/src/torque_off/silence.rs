@@ -1,6 +1,7 @@
 //! Silence of a client of the transparent port that has driven the motors: its turn
 //! on the bus ends.
 
+use super::METHODS;
 use super::cases::{all, check};
 use super::client::Method;
 use super::rig::{STOP_US, World, bench, between_obstacles, with_rig};
@@ -48,5 +49,5 @@ pub fn is_ended(world: World, method: Method, writes: Writes) -> Result<(), Stri
 /// Every method, with one write and with a stream.
 pub fn cases() -> impl Iterator<Item = (Method, Writes)> {
     let both = |method| [Writes::Once, Writes::Stream].map(|writes| (method, writes));
-    Method::AX12A.into_iter().flat_map(both)
+    METHODS.into_iter().flat_map(both)
 }
