@@ -4,18 +4,19 @@ use armbridge_analysis::plan_runner::{PlanError, PlanRunner, Script};
 use armbridge_board::bridge::Channels;
 use armbridge_link::message::{Command, Fault, Mode, Refusal, Setup};
 use armbridge_servo::Firmware;
-use armbridge_servo::protocol2::register;
+use armbridge_servo::protocol2::{model, register};
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::{Cosim, CosimError};
 use armbridge_sim::half_duplex_bus::Device;
-use armbridge_tests::torque_off::rig::{self, World, between_obstacles, with_rig};
+use armbridge_sim::plant::Plant;
+use armbridge_sim::x_servo::XServo;
+use armbridge_tests::torque_off::rig::{self, WATCHDOG_US, World, between_obstacles, with_rig};
 use armbridge_tests::transparent_port::bench;
-use armbridge_tests::{calibrations, plant, settling_s};
+use armbridge_tests::{assert_undisturbed, calibrations, plant, settling_s, with_encoders};
 
-/// Time within which an X servo that receives nothing is off, in µs: its watchdog, a control step
-/// and the packet before.
-const WATCHDOG_US: u64 = 22_000;
+/// Code of 1 Mbaud.
+const BAUD_1_000_000: u8 = 3;
 
 fn setup() -> Setup {
     Setup {
@@ -32,15 +33,11 @@ fn register_of(bench: &Bench, servo: usize, address: u16) -> i32 {
     }
 }
 
-#[test]
-fn an_arm_of_two_x_servos_is_held_at_1_khz_and_given_back_off() {
+/// Holds an arm of X servos upright at 1 kHz, and checks that it does; the bench afterwards.
+#[track_caller]
+fn hold(bench: Bench) -> Bench {
     let mut channels = Channels::new();
     let board = VirtualBoard::new(channels.split()).unwrap();
-    let bench = bench(
-        &plant([0.3, -0.25], true),
-        [Firmware::XSeries; 2],
-        1_000_000,
-    );
     let runner = PlanRunner::new(Script::upright(setup(), 3_000_000));
     let mut cosim = Cosim::new(board, bench, runner);
     cosim.run().expect("a run");
@@ -49,29 +46,8 @@ fn an_arm_of_two_x_servos_is_held_at_1_khz_and_given_back_off() {
         (servos.firmware, servos.baud),
         (Firmware::XSeries, 1_000_000)
     );
-    for servo in [0, 1] {
-        // PWM control mode, a return delay of 50 us, a watchdog of 20 ms.
-        for (address, value) in [
-            (register::OPERATING_MODE, 16),
-            (register::RETURN_DELAY, 25),
-            (register::BUS_WATCHDOG, 1),
-        ] {
-            assert_eq!(
-                register_of(&cosim.bench, servo, address),
-                value,
-                "{address}"
-            );
-        }
-    }
     let records = cosim.host.into_parts().0;
-    let missing = records.iter().flat_map(|record| record.input.samples);
-    assert_eq!(
-        missing.filter(|sample| sample.counts().is_none()).count(),
-        0
-    );
-    let last = records.last().unwrap();
-    assert_eq!(last.timing.missed, records[0].timing.missed);
-    assert!(!matches!(last.mode, Mode::Fault(_)), "{:?}", last.mode);
+    assert_undisturbed(&records);
     let settled = [0, 1].map(|joint| settling_s(&records, joint, 0.02).expect("settled"));
     let rest = &records[records.len() - 500..];
     let far = rest.iter().flat_map(|record| record.output.angle_rad);
@@ -85,6 +61,43 @@ fn an_arm_of_two_x_servos_is_held_at_1_khz_and_given_back_off() {
     // A count is 1.5 mrad.
     assert!(rest_rad < 0.005, "{rest_rad}");
     assert!(bus_us <= 1_000, "{bus_us}");
+    cosim.bench
+}
+
+#[test]
+fn an_arm_of_two_x_servos_is_held_at_1_khz_and_given_back_off() {
+    let bench = hold(bench(
+        &plant([0.3, -0.25], true),
+        [Firmware::XSeries; 2],
+        1_000_000,
+    ));
+    for servo in [0, 1] {
+        // PWM control mode, a return delay of 50 us, a watchdog of 20 ms.
+        for (address, value) in [
+            (register::OPERATING_MODE, 16),
+            (register::RETURN_DELAY, 25),
+            (register::BUS_WATCHDOG, 1),
+        ] {
+            assert_eq!(register_of(&bench, servo, address), value, "{address}");
+        }
+    }
+}
+
+/// An XL330-M288 and an XL430-W250, in either order.
+#[test]
+fn servos_of_two_models_are_held_as_those_of_one() {
+    let models = [1_200, 1_060].map(|number| model::find(number).expect("a model"));
+    for order in [[0, 1], [1, 0]] {
+        let arm = with_encoders(plant([0.3, -0.25], true), Firmware::XSeries);
+        let servos = [0, 1].map(|servo| {
+            let (model, id) = (models[order[servo]], servo as u8 + 1);
+            XServo::new(model, id, BAUD_1_000_000).into()
+        });
+        let bench = hold(Bench::with_devices(Plant::new(arm, 1), servos.into()));
+        let held = [0, 1].map(|servo| register_of(&bench, servo, register::MODEL_NUMBER));
+        let numbers = order.map(|index| i32::from(models[index].number));
+        assert_eq!(held, numbers);
+    }
 }
 
 #[test]

@@ -109,12 +109,19 @@ fn operate(bench: Bench, setup: Setup) -> Result<PlanRunner, PlanError> {
 #[test]
 fn what_cannot_work_is_refused_with_its_reason() {
     let arm = plant([0.1, -0.1], true);
-    let both = [Firmware::Stock, Firmware::Morpheus];
-    let mixed = operate(bench(&arm, both, 1_000_000), Setup::default());
-    assert_eq!(
-        mixed.unwrap_err(),
-        PlanError::Servos(Some(Obstacle::Mixed(Firmware::Stock, Firmware::Morpheus)))
-    );
+    for [first, second] in [
+        [Firmware::Stock, Firmware::Morpheus],
+        [Firmware::XSeries, Firmware::Stock],
+        [Firmware::Stock, Firmware::XSeries],
+        [Firmware::XSeries, Firmware::Morpheus],
+        [Firmware::Morpheus, Firmware::XSeries],
+    ] {
+        let mixed = operate(bench(&arm, [first, second], 1_000_000), Setup::default());
+        assert_eq!(
+            mixed.unwrap_err(),
+            PlanError::Servos(Some(Obstacle::Mixed(first, second)))
+        );
+    }
     let mut lonely = bench(&arm, [Firmware::Stock; 2], 500_000);
     lonely.disconnect(1);
     let absent = operate(lonely, Setup::default()).unwrap_err();
