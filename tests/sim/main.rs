@@ -34,6 +34,7 @@ mod summary;
 mod summary_torque;
 mod supervisor;
 mod sweep;
+mod temperatures;
 mod torque_off;
 mod transparent_port;
 mod wire;
