@@ -7,13 +7,16 @@ use armbridge_log::replay::{Changes, Replayer};
 use armbridge_servo::Firmware;
 use armbridge_sim::fault_campaign::{self, Case, Kind, Outcome, Report, run_with_events};
 
-/// Runs the cases of these seeds.
+/// Runs the cases of these seeds, as `case` makes them.
 ///
 /// # Panics
 /// If one of them, of a kind that boards detect, violates a requirement.
-pub fn campaign(seeds: impl IntoIterator<Item = u64>) -> (Vec<Outcome>, Report) {
+pub fn campaign(
+    seeds: impl IntoIterator<Item = u64>,
+    case: fn(u64) -> Case,
+) -> (Vec<Outcome>, Report) {
     let seeds: Vec<u64> = seeds.into_iter().collect();
-    let run = |seed| Ok::<_, Infallible>(fault_campaign::run(&Case::new(seed)));
+    let run = |seed| Ok::<_, Infallible>(fault_campaign::run(&case(seed)));
     let outcomes = for_seeds(&seeds, run, |_| ()).unwrap();
     let report = Report::new(&outcomes);
     let holds = report.holds_for_detected_kinds();
