@@ -2,12 +2,13 @@
 //!
 //! While the motors are off, the torques on the arm are unknown: it may be held by hand.
 
+use armbridge_control::encoder::Encoder;
 use armbridge_link::message::{Record, Sample};
 
 use super::dataset::Trace;
 
-/// Counts from either end of an encoder's track in which its reading is invalid.
-pub(super) const END_COUNTS: u16 = 3;
+/// Counts from either end of an AX-12A's track in which its reading is invalid.
+const END_COUNTS: u16 = 3;
 /// Shortest trace in ticks.
 const TRACE_MIN: usize = 200;
 
@@ -40,13 +41,34 @@ pub fn traces(records: &[Record]) -> Vec<Trace> {
 }
 
 fn counts(sample: Sample) -> Option<u16> {
-    let range = END_COUNTS..=1023 - END_COUNTS;
-    sample.counts().filter(|counts| range.contains(counts))
+    sample.counts().filter(|counts| !is_at_end(*counts))
+}
+
+/// Whether an encoder at this count is at an end of its track, where it measures no angle. More
+/// counts than an AX-12A has are an X servo's, whose track has no ends; a board keeps a joint away
+/// from the counts that both have.
+pub(super) fn is_at_end(counts: u16) -> bool {
+    let last = Encoder::Ax12a.counts_max();
+    counts < END_COUNTS || (last - END_COUNTS + 1..=last).contains(&counts)
 }
 
 fn end_trace(trace: &mut Trace, traces: &mut Vec<Trace>) {
     let ended = std::mem::take(trace);
     if ended.pwm.len() >= TRACE_MIN {
         traces.push(ended);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_ax12a_is_at_its_ends_near_them_and_an_x_servo_nowhere_it_is_driven() {
+        let ends: Vec<u16> = (0..4096).filter(|counts| is_at_end(*counts)).collect();
+        assert_eq!(ends, [0, 1, 2, 1021, 1022, 1023]);
+        let x = Encoder::XSeries;
+        let (middle, reach) = (x.middle_count(), x.counts_from_middle());
+        assert!((middle - reach..=middle + reach).all(|counts| !is_at_end(counts)));
     }
 }

@@ -5,7 +5,7 @@ use armbridge_link::message::Record;
 use armbridge_servo::JOINTS;
 
 use super::super::dataset::Trace;
-use super::super::record::END_COUNTS;
+use super::super::record::is_at_end;
 use super::Diagnosis;
 
 /// Largest tolerated fraction of ticks without an angle. Isolated ones do no harm; a board
@@ -127,10 +127,7 @@ impl Tally {
 impl JointTally {
     fn count_sample(&mut self, counts: Option<u16>) {
         match counts {
-            Some(counts) => {
-                let range = END_COUNTS..=1_023 - END_COUNTS;
-                self.at_end += usize::from(!range.contains(&counts));
-            }
+            Some(counts) => self.at_end += usize::from(is_at_end(counts)),
             None => self.without_angle += 1,
         }
     }
