@@ -42,7 +42,7 @@ fn setup(coulomb_nm: f32, load_percent: u8, estimator: Option<Config<f32>>) -> S
 }
 
 fn worst(outcomes: &[Outcome], figure: impl Fn(&Outcome) -> Joints) -> f64 {
-    let figures = outcomes.iter().flat_map(|outcome| figure(outcome));
+    let figures = outcomes.iter().flat_map(figure);
     figures.map(f64::abs).fold(0.0, f64::max)
 }
 
