@@ -21,7 +21,7 @@ use super::stribeck_curve::StribeckCurve;
 pub(super) enum FrictionForm {
     /// Dry friction falls with speed.
     Stribeck(StribeckCurve),
-    /// Dry friction grows with the torque on the gears, by so much.
+    /// Dry friction grows with the torque on the gears: the ratio of the two, in N m per N m.
     Load(f64),
 }
 

@@ -6,8 +6,8 @@
 //! ```
 //!
 //! Each joint has ten parameters ([`Quantity`]) beside static friction, two more if it has a
-//! Stribeck curve, and one more if its dry friction grows with the load on its gears. Their estimates minimise the residuals of the encoders: the motion of
-//! each window is computed from an initial state of its own, with its derivatives, and
+//! Stribeck curve, and one more if its dry friction grows with the load on its gears. Their
+//! estimates minimise the residuals of the encoders: the motion of each window is computed from an initial state of its own, with its derivatives, and
 //! compared with the counts, tick by tick. Where a joint sticks, its motion does not depend
 //! smoothly on the parameters, and one wrong parameter would outweigh all other data; such
 //! moments are left out. Where it reverses at once, the motion is smooth, and such windows
@@ -37,6 +37,7 @@
 //! | `search`         | Levenberg-Marquardt                                             |
 //! | `stiction`       | static friction, from breakaways                                |
 //! | `friction_forms` | forms of dry friction beside Coulomb's: which a joint has       |
+//! | `profile`        | loss over the parameters of such a form, the others fitted      |
 //! | `load`           | fit of load friction                                            |
 //! | `stribeck`       | fit of a Stribeck curve                                         |
 //! | `stribeck_curve` | the curve                                                       |
@@ -73,6 +74,7 @@ mod motion;
 mod page;
 mod plausible_arms;
 mod prior;
+mod profile;
 mod quantity;
 mod record;
 mod report;

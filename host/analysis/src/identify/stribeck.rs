@@ -7,15 +7,13 @@
 //! The curve has two more parameters per joint. Most arms have none, and without a drop the
 //! speed is not identifiable. So they are fitted after all others, and only where the linear
 //! test of [`Checks`](super::Checks) for such a torque is significant. For each drop and
-//! speed the other parameters are fitted again, in the joint's own windows. Near the minimum
-//! the loss is a quadratic form in the logarithms of drop and speed: a few Newton steps find
-//! it, and its curvature gives their covariance.
+//! speed the other parameters are fitted again ([`Profile`]), in the logarithms of both.
 
 use nalgebra::{Matrix2, SMatrix, Vector2};
 use serde::Serialize;
 
-use super::cost::WindowFit;
-use super::quantity::{COUNT, PER_JOINT};
+use super::profile::{FormFit, Point, Profile, SIGNIFICANT_SIGMAS, STEPS, TOLERANCE};
+use super::quantity::COUNT;
 use super::stage::Stage;
 use super::stribeck_curve::StribeckCurve;
 
@@ -41,50 +39,12 @@ impl StribeckEstimate {
     }
 }
 
-/// Result of the fit.
-pub(super) struct StribeckFit {
-    pub(super) estimate: StribeckEstimate,
-    /// The joint's other coordinates at the minimum.
-    pub(super) own_coordinates: [f64; PER_JOINT],
-    /// Covariance that the uncertainty of the curve adds to the other parameters.
-    pub(super) covariance: SMatrix<f64, COUNT, COUNT>,
-}
-
 /// Step of a logarithm for finite differences.
 const STEP: f64 = 0.15;
 /// Longest Newton step.
 const STEP_MAX: f64 = 0.8;
-/// Most Newton steps.
-const STEPS: usize = 8;
-/// Reduction of the loss by the last step: a third of a standard error.
-const TOLERANCE: f64 = 0.1;
-/// Standard errors by which a significant drop exceeds zero.
-const SIGNIFICANT_SIGMAS: f64 = 3.0;
 /// Largest relative standard error of the speed.
 const SPEED_ERROR_MAX: f64 = 0.5;
-
-/// Loss as a function of drop and speed.
-struct LossSurface<'a> {
-    stage: &'a Stage<'a>,
-    window_fits: Vec<WindowFit>,
-    joint: usize,
-}
-
-impl LossSurface<'_> {
-    /// Loss at these logarithms of drop and speed, and the other coordinates fitted there.
-    fn evaluate(&self, logarithms: Vector2<f64>, coordinates: [f64; COUNT]) -> (f64, [f64; COUNT]) {
-        let mut known = *self.stage.known;
-        known.stribeck[self.joint] = Some(curve(logarithms));
-        let stage = Stage {
-            known: &known,
-            window_fits: Vec::new(),
-            ..*self.stage
-        };
-        let search = stage.search_in(self.window_fits.clone(), coordinates);
-        let search = search.minimise_briefly();
-        (search.loss(), search.coordinates())
-    }
-}
 
 /// Fits the Stribeck curve of a joint; `None` if it is not identifiable.
 pub(super) fn fit_stribeck(
@@ -92,19 +52,20 @@ pub(super) fn fit_stribeck(
     mut coordinates: [f64; COUNT],
     joint: usize,
     initial: StribeckCurve,
-) -> Option<StribeckFit> {
-    let surface = LossSurface {
-        stage,
-        window_fits: stage.joint_window_fits(joint),
-        joint,
+) -> Option<FormFit<StribeckEstimate>> {
+    let profile = Profile::new(stage, joint);
+    let evaluate = |logarithms: Vector2<f64>, coordinates: [f64; COUNT]| -> Point {
+        let mut known = profile.known();
+        known.stribeck[joint] = Some(curve(logarithms));
+        profile.evaluate(&known, coordinates)
     };
     let mut logarithms = Vector2::new(initial.drop_nm, initial.speed_rad_s).map(f64::ln);
     let [e1, e2] = [Vector2::x(), Vector2::y()].map(|e| e * STEP);
     for _ in 0..STEPS {
-        let (loss, fitted) = surface.evaluate(logarithms, coordinates);
+        let (loss, fitted) = evaluate(logarithms, coordinates);
         coordinates = fitted;
         let sides = [e1, -e1, e2, -e2, e1 + e2, -e1 - e2];
-        let neighbours = sides.map(|side| surface.evaluate(logarithms + side, coordinates));
+        let neighbours = sides.map(|side| evaluate(logarithms + side, coordinates));
         let [right, left, up, down, one, two] = neighbours.map(|neighbour| neighbour.0);
         let gradient = Vector2::new(right - left, up - down) / (2.0 * STEP);
         let square = STEP * STEP;
@@ -128,15 +89,11 @@ pub(super) fn fit_stribeck(
         let covariance = inverse? * 2.0;
         let curve = curve(logarithms);
         let [drop, speed] = [0, 1].map(|i| covariance[(i, i)].sqrt());
-        let sensitivity = SMatrix::<f64, COUNT, 2>::from_fn(|i, j| {
-            let is_own = i / PER_JOINT == joint;
-            let [above, below] = [neighbours[2 * j].1[i], neighbours[2 * j + 1].1[i]];
-            if is_own {
-                (above - below) / (2.0 * STEP)
-            } else {
-                0.0
-            }
-        });
+        let [right, left, up, down, ..] = &neighbours;
+        let sensitivity = SMatrix::from_columns(&[
+            profile.sensitivity(right, left, 2.0 * STEP),
+            profile.sensitivity(up, down, 2.0 * STEP),
+        ]);
         let estimate = StribeckEstimate {
             drop_nm: curve.drop_nm,
             drop_error_nm: curve.drop_nm * drop,
@@ -144,12 +101,9 @@ pub(super) fn fit_stribeck(
             speed_error_rad_s: curve.speed_rad_s * speed,
         };
         let is_identified = SIGNIFICANT_SIGMAS * drop < 1.0 && speed < SPEED_ERROR_MAX;
-        return is_identified.then(|| StribeckFit {
+        return is_identified.then(|| FormFit {
             estimate,
-            own_coordinates: core::array::from_fn(|i| {
-                let i = joint * PER_JOINT + i;
-                coordinates[i] + (sensitivity.row(i) * step)[0]
-            }),
+            own_coordinates: profile.own_coordinates(&coordinates, &(sensitivity * step)),
             covariance: sensitivity * covariance * sensitivity.transpose(),
         });
     }
