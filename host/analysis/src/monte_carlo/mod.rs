@@ -16,12 +16,12 @@ pub use maneuver::{Maneuver, ManeuverError};
 pub use outcome::{Joints, Outcome, REST_S};
 pub use table::table;
 
-use armbridge_board::bridge::Channels;
+use armbridge_board::bridge::{Channels, SERVO_IDS};
 use armbridge_client::tap::Tapped;
 use armbridge_client::{Host, Tap};
 use armbridge_control::encoder::Encoder;
 use armbridge_link::message::{Command, Record};
-use armbridge_servo::{Firmware, JOINTS};
+use armbridge_servo::{Firmware, JOINTS, ServoId};
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::{Cosim, CosimError};
@@ -165,11 +165,9 @@ impl Trial {
         let [first, _] = &self.plant.joints;
         match first.encoder() {
             Some(Encoder::XSeries) => {
-                let servo = |id| ServoKind::new(Firmware::XSeries, id, X_BAUD);
-                Bench::with_servos(
-                    plant,
-                    &[1, 2].map(|id| servo(id).expect("an id and a rate")),
-                )
+                let servo = |id: ServoId| ServoKind::new(Firmware::XSeries, id.get(), X_BAUD);
+                let servos = SERVO_IDS.map(|id| servo(id).expect("an id and a rate"));
+                Bench::with_servos(plant, &servos)
             }
             Some(Encoder::Ax12a) | None => Bench::new(plant),
         }
