@@ -154,8 +154,8 @@ impl<T: Real> Config<T> {
         self.build_with_load(arm, period_s, [T::zero(); JOINTS])
     }
 
-    /// The same for joints whose dry friction grows by so much with the torque on their gears,
-    /// which only the Kalman filter's model can have.
+    /// The same with load friction, dry friction in N m per N m that each joint's gears transmit,
+    /// which the model of the Kalman filter alone has.
     ///
     /// # Errors
     ///

@@ -21,10 +21,9 @@ pub(super) struct Axis<T> {
     /// Integral of exp(A t) over a period, rows angle and speed.
     step: Matrix2<T>,
     viscous: T,
-    /// Dry friction without torque on the gears.
-    pub(super) coulomb: T,
+    coulomb: T,
     /// Friction per torque on the gears.
-    pub(super) load: T,
+    load: T,
     per_slide_speed: T,
     /// Process noise per period.
     noise: Covariance<T>,
@@ -102,16 +101,16 @@ impl<T: Real> Axis<T> {
     }
 
     /// To the next sample: under the torque `given` after gravity and coupling,
-    /// with gravity's `stiffness` and at most `most` dry friction.
+    /// with gravity's `stiffness`; `gears` is the torque that the gears transmit.
     pub(super) fn advance(
         &self,
         joint: &mut JointEstimate<T>,
         given: T,
-        most: T,
+        gears: T,
         mass: T,
         stiffness: T,
     ) {
-        let (friction, friction_slope) = self.friction(joint.dq, most);
+        let (friction, friction_slope) = self.friction(joint.dq, gears);
         let per_mass = T::one() / mass;
         let net = given + joint.d - self.viscous * joint.dq - friction;
         let acceleration = net * per_mass;
@@ -156,9 +155,9 @@ impl<T: Real> Axis<T> {
         };
     }
 
-    /// Dry friction at a speed, of which there is `most`, and its slope; that of the load by the
-    /// speed is left out.
-    fn friction(&self, speed: T, most: T) -> (T, T) {
+    /// Dry friction at a speed, and its slope; that of its load by the speed is left out.
+    fn friction(&self, speed: T, gears: T) -> (T, T) {
+        let most = self.coulomb + self.load * gears.abs();
         let s = speed * self.per_slide_speed;
         if s.abs() >= T::one() {
             return (most.copysign(s), T::zero());

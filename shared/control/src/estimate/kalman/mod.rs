@@ -60,12 +60,10 @@ use nalgebra::Vector2;
 pub struct Kalman<T> {
     variance: T,
     axes: [Axis<T>; JOINTS],
-    /// Whether friction depends on the torque that the gears transmit.
-    has_load: bool,
     initial_covariance: Covariance<T>,
 }
 
-checked!(Kalman<T> { variance, axes, has_load, initial_covariance });
+checked!(Kalman<T> { variance, axes, initial_covariance });
 
 impl<T: Real> Kalman<T> {
     /// For an arm sampled every `period_s`.
@@ -76,7 +74,7 @@ impl<T: Real> Kalman<T> {
         Self::with_load(arm, period_s, tuning, [T::zero(); JOINTS])
     }
 
-    /// The same with dry friction that grows by so much with the torque on each joint's gears.
+    /// The same with load friction: dry friction in N m per N m that each joint's gears transmit.
     pub fn with_load(
         arm: &Parameters<T>,
         period_s: T,
@@ -102,7 +100,6 @@ impl<T: Real> Kalman<T> {
         Some(Self {
             variance: tuning.angle_rad * tuning.angle_rad,
             axes: [axis(0), axis(1)],
-            has_load: load.iter().any(|load| *load > T::zero()),
             initial_covariance: axis::initial_covariance(tuning),
         })
     }
@@ -135,17 +132,11 @@ impl<T: Real> Kalman<T> {
         // Gravity, and all that the joints do to each other.
         let coriolis = posture.coriolis_torque(arm, state.dq);
         let given = torque - coriolis - posture.gravity(arm);
-        let mut friction = self.axes.each_ref().map(|axis| axis.coulomb);
-        if self.has_load {
-            let gears = gear_torque(arm, posture, &state, torque);
-            for (i, (most, axis)) in friction.iter_mut().zip(&self.axes).enumerate() {
-                *most += axis.load * gears[i].abs();
-            }
-        }
+        let gears = gear_torque(arm, posture, &state, torque);
         let stiffness = [slope.m11, slope.m22];
         let joints = estimate.joints.iter_mut().zip(&self.axes);
         for (i, (joint, axis)) in joints.enumerate() {
-            axis.advance(joint, given[i], friction[i], mass[i], stiffness[i]);
+            axis.advance(joint, given[i], gears[i], mass[i], stiffness[i]);
         }
         estimate.state()
     }
