@@ -25,7 +25,7 @@ use super::served::{Served, Truth};
 /// the hold allows.
 const MOTION_MAX_RAD: f64 = 0.1;
 /// Longest time with motors on in two armings: a motor check that is repeated takes 0.52 s, the
-/// hold a second of the host's time, and link and pace add to it.
+/// hold a second of the board's ticks, and link and pace add to it.
 const ON_MAX_MS: usize = 4_000;
 /// Time at the end for which motors are off, in ms.
 const END_MS: usize = 100;

@@ -23,7 +23,8 @@ enum Step {
     /// For the answer to the command that holds the arm at these angles, which comes after the
     /// motor check.
     Engaging(u64, [f32; JOINTS]),
-    Holding(u64),
+    /// Since this tick.
+    Holding(u32),
     /// The link broke while it was armed.
     Lost,
     Over,
@@ -115,7 +116,7 @@ impl Arm {
         self.strayed_rad
     }
 
-    /// Time for which the board was armed.
+    /// Time for which the board was armed and the motors checked, by its ticks.
     pub fn held(&self) -> Duration {
         self.held
     }
@@ -172,9 +173,13 @@ impl Arm {
         Ok(())
     }
 
-    fn hold(&mut self, view: &mut View<'_>, since_us: u64) {
-        self.held = Duration::from_micros(view.now_us.saturating_sub(since_us));
-        if let (Some(place), Some(record)) = (self.held_at_rad, view.session.status().record) {
+    fn hold(&mut self, view: &mut View<'_>, since_tick: u32) {
+        let status = view.session.status();
+        if let (Some(settings), Some(record)) = (status.settings, status.record) {
+            let ticks = record.tick.wrapping_sub(since_tick);
+            self.held = Duration::from_micros(settings.setup.period_us.into()) * ticks;
+        }
+        if let (Some(place), Some(record)) = (self.held_at_rad, status.record) {
             let distances =
                 [0, 1].map(|joint| (record.output.angle_rad[joint] - place[joint]).abs());
             let [first, second] = distances;
@@ -260,7 +265,7 @@ impl Task for Arm {
                 Some(Ok(())) => {
                     self.report = view.session.status().report;
                     (self.record_times.at_us, self.record_times.armed_us) = (now_us, now_us);
-                    self.step = Step::Holding(now_us);
+                    self.step = Step::Holding(latest_tick(&view));
                     if let (true, Some(record)) = (self.holds, view.session.status().record) {
                         let hold = Command::Regulate(record.output.angle_rad);
                         view.session.request(now_us, Request::Command(hold));
@@ -286,7 +291,7 @@ impl Task for Arm {
                 match view.session.take_answer() {
                     Some(Ok(())) => {
                         self.held_at_rad = Some(place);
-                        self.step = Step::Holding(now_us);
+                        self.step = Step::Holding(latest_tick(&view));
                     }
                     Some(Err(refusal)) => {
                         return Err(TaskError::Refused {
@@ -301,9 +306,9 @@ impl Task for Arm {
                     None => {}
                 }
             }
-            Step::Holding(since_us) => match self.misfortune(&view) {
+            Step::Holding(since_tick) => match self.misfortune(&view) {
                 Some(outcome) => self.end(&mut view, outcome),
-                None => self.hold(&mut view, since_us),
+                None => self.hold(&mut view, since_tick),
             },
         }
         Ok(())
@@ -316,6 +321,11 @@ impl Task for Arm {
             Step::Over => Step::Over,
         };
     }
+}
+
+/// Tick of the latest record: a board that arms was idle by one.
+fn latest_tick(view: &View<'_>) -> u32 {
+    (view.session.status().record).map_or(0, |record| record.tick)
 }
 
 /// As "armed for 3 s: joints at +0.300, -0.250 rad".

@@ -29,7 +29,7 @@ fn signalled(
     child.wait_with_output().unwrap()
 }
 
-/// Interrupts a command that has computed for 3 s, as ctrl-C does.
+/// Interrupts a command that has computed for 6 s, as ctrl-C does.
 #[cfg(target_os = "linux")]
 fn interrupted(program: &Program, args: &[&str]) -> Output {
     let has_computed = |id: u32| {
@@ -38,7 +38,7 @@ fn interrupted(program: &Program, args: &[&str]) -> Output {
         let fields = stat.rsplit(')').next().unwrap_or_default();
         let times = fields.split_whitespace().skip(11).take(2);
         let ticks: u64 = times.filter_map(|time| time.parse::<u64>().ok()).sum();
-        ticks >= 300
+        ticks >= 600
     };
     signalled(program, args, "-INT", has_computed)
 }
