@@ -74,11 +74,11 @@ impl ParameterError {
 
 /// Performs the plan on arms of these seeds, and fits each.
 pub fn arms(seeds: &[u64]) -> Vec<Arm> {
-    let (plan, setup) = plan::shipped();
+    let setup = plan::shipped();
     let perform = |seed| {
         let config = drawn(seed);
         let before = prior_setup(&config, setup);
-        Ok::<_, ()>((config, before, plan::perform(&plan, before, &config, seed)))
+        Ok::<_, ()>((config, before, plan::perform(before, &config, seed)))
     };
     let performed = for_seeds(seeds, perform, |_| ()).unwrap();
     let arms = seeds.iter().zip(performed);
@@ -157,8 +157,7 @@ impl Arm {
     /// alone, with an initial state fitted to all of a window: the worse joint. And the
     /// [`free_run`]s of the whole arm, rests included, with the estimates and with the true parameters.
     fn forecast(&self) -> (f64, [Vec<FreeRun>; 2]) {
-        let (plan, _) = plan::shipped();
-        let again = plan::perform(&plan, self.before, &self.config, self.seed + 1_000);
+        let again = plan::perform(self.before, &self.config, self.seed + 1_000);
         let forecasts = forecast(
             &self.fit,
             &traces(&again),

@@ -1,7 +1,7 @@
 //! The default plan, performed by the board on an unknown virtual arm.
 
+use armbridge_analysis::plan_runner::PlanRunner;
 use armbridge_analysis::plan_runner::plan::InitialSettings;
-use armbridge_analysis::plan_runner::{Plan, PlanRunner};
 use armbridge_analysis::scenario::{Overrides, Scenario};
 use armbridge_board::bridge::Channels;
 use armbridge_client::Host;
@@ -11,21 +11,30 @@ use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::{Cosim, CosimError};
 use armbridge_sim::plant::{Plant, PlantConfig};
 
-/// The plan that ships, and how a board works that performs it.
-pub fn shipped() -> (Plan, Setup) {
-    let scenario = Scenario::load("identify", &Overrides::default()).unwrap();
-    (scenario.plan, scenario.settings.setup)
+/// How a board works that performs the plan that ships.
+pub fn shipped() -> Setup {
+    load(None).settings.setup
 }
 
-/// Records of a board with this set-up. The motors of an arm that is not known yet are not
-/// compared with its model.
-pub fn perform(plan: &Plan, setup: Setup, config: &PlantConfig, seed: u64) -> Vec<Record> {
+/// The plan that ships, for a board with these settings.
+fn load(board: Option<Settings>) -> Scenario {
+    let overrides = Overrides {
+        board,
+        ..Overrides::default()
+    };
+    Scenario::load("identify", &overrides).unwrap()
+}
+
+/// Records of a board with this set-up that performs the plan that ships. The motors of an arm that
+/// is not known yet are not compared with its model.
+pub fn perform(setup: Setup, config: &PlantConfig, seed: u64) -> Vec<Record> {
     let limits = Limits {
         check_rad_s2: 0,
         ..Limits::default()
     };
-    let mut plan = plan.clone();
-    plan.begin = InitialSettings::Fixed(Box::new(Settings { setup, limits }));
+    let settings = Settings { setup, limits };
+    let mut plan = load(Some(settings)).plan;
+    plan.begin = InitialSettings::Fixed(Box::new(settings));
     let mut channels = Channels::new();
     let board = VirtualBoard::new(channels.split()).unwrap();
     let bench = Bench::new(Plant::new(*config, seed));

@@ -17,6 +17,7 @@ use toml::Value;
 use super::file::{BenchKeys, File, Pair, PushKeys, ServoName, StepKeys, StopKeys};
 use super::leads::leads;
 use super::mistake::{KeyPath, Mistake};
+use super::narrowing::narrow;
 use super::steps::{self, microseconds, pairs, times};
 use super::{BenchSpec, Overrides, Scenario, ScenarioError, Success};
 use crate::plan_runner::plan::{Base, Change, InitialSettings, Plan, Stop};
@@ -64,9 +65,14 @@ pub(super) fn scenario(
                        armed and falls";
         return Err(Mistake::new(KeyPath::top("step").nth(0).at("at_s"), message).into());
     }
+    let mut keys = file.step[..kept].to_vec();
+    let mut notes = notes(base, overrides);
+    if file.is_narrowed {
+        notes.extend(narrowed(narrow(&mut keys, &settings)));
+    }
     let plan = Plan {
         begin: InitialSettings::Changed(change),
-        steps: steps::steps(&file.step[..kept], stop.after_us, &settings, initial_rad)?,
+        steps: steps::steps(&keys, stop.after_us, &settings, initial_rad)?,
         pushes: pushes(&file.bench, stop.after_us, overrides)?,
         leads: leads(&file.bench.hand, stop.after_us, overrides)?,
         stop,
@@ -83,7 +89,7 @@ pub(super) fn scenario(
         bench,
         success,
         expect: file.expect,
-        notes: notes(base, overrides),
+        notes,
     })
 }
 
@@ -136,6 +142,18 @@ pub(super) fn notes(base: Base, overrides: &Overrides) -> Vec<String> {
         "note: the run has a control of its own: `{first}`{more} in armbridge.toml is not in force; \
          `--control board` puts it in force"
     )]
+}
+
+/// A remark for each joint with another factor than 1.
+fn narrowed(factors: Pair) -> impl Iterator<Item = String> {
+    let joints = (1..).zip(factors).filter(|(_, factor)| *factor < 1.0);
+    joints.map(|(joint, factor)| {
+        format!(
+            "note: this board brakes joint {joint} before it is as far as the plan's envelopes: its \
+             angles are {:.0} % of the plan's",
+            factor * 100.0
+        )
+    })
 }
 
 fn stop(keys: &StopKeys, overrides: &Overrides) -> Result<(Stop, Vec<Success>), Mistake> {

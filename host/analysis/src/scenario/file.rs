@@ -24,6 +24,9 @@ pub(super) struct File {
     pub(super) set: Table,
     #[serde(default)]
     pub(super) bench: BenchKeys,
+    /// Whether the steps' angles are scaled down to what the board permits.
+    #[serde(default, rename = "narrow")]
+    pub(super) is_narrowed: bool,
     #[serde(default)]
     pub(super) step: Vec<StepKeys>,
     pub(super) stop: StopKeys,
@@ -110,7 +113,7 @@ pub(super) struct HandPointKeys {
 }
 
 /// A step: a time and one action.
-#[derive(Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct StepKeys {
     pub(super) at_s: f64,
@@ -133,14 +136,14 @@ pub(super) struct StepKeys {
 /// One number for each joint.
 pub(super) type Pair = [f32; JOINTS];
 
-#[derive(Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MinimumJerkKeys {
     pub(super) to_rad: Pair,
     pub(super) duration_s: Option<f32>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ViaKeys {
     pub(super) after_s: f64,
@@ -148,7 +151,7 @@ pub(super) struct ViaKeys {
     pub(super) speed_rad_s: Option<Pair>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SinusoidKeys {
     #[serde(default)]
@@ -161,7 +164,7 @@ pub(super) struct SinusoidKeys {
     pub(super) duration_s: f32,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ChirpKeys {
     #[serde(default)]

@@ -85,6 +85,13 @@ const RUN: KeyTable = KeyTable {
             "Parameters of the board in force before the arm is armed.",
         ),
         Key::new(
+            "narrow",
+            Kind::Switch,
+            "Scales all angles of a joint down where the board would refuse an experiment's \
+             envelope: its servo's zero is off the middle, or its angle limit is near.",
+        )
+        .or("false"),
+        Key::new(
             "step",
             Kind::Tables,
             "The timeline. A step has a time and one action.",

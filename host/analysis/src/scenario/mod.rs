@@ -56,6 +56,7 @@ mod keys;
 mod leads;
 mod mistake;
 mod motion;
+mod narrowing;
 mod preview;
 mod reference;
 mod stay;

@@ -218,14 +218,18 @@ fn check_experiment(
     if let Some(rest) = rest {
         return permits(settings, plan, rest);
     }
-    let middle = plan.angle_rad.map(|[low, high]| f32::midpoint(low, high));
-    match permits(settings, plan, middle) {
+    match permits(settings, plan, middle(plan)) {
         Err(Objection::Beyond {
             measure: Measure::Angle,
             ..
         }) => Ok(()),
         other => other,
     }
+}
+
+/// Middle of an experiment's envelope, in rad.
+pub(super) fn middle(plan: &Experiment) -> Pair {
+    plan.angle_rad.map(|[low, high]| f32::midpoint(low, high))
 }
 
 fn mistake(place: &KeyPath, error: &Error<f32>) -> Mistake {

@@ -108,6 +108,34 @@ pub enum Signal<T> {
 }
 
 impl<T: Real> Signal<T> {
+    /// The same signal with all its values times a factor.
+    #[must_use]
+    pub fn scaled(mut self, factor: T) -> Self {
+        let [first, second] = match &mut self {
+            Self::Constant(value) => [Some(value), None],
+            Self::Triangle {
+                offset, amplitude, ..
+            }
+            | Self::Sinusoid {
+                offset, amplitude, ..
+            }
+            | Self::Chirp {
+                offset, amplitude, ..
+            } => [Some(offset), Some(amplitude)],
+            Self::Staircase { from, to, .. } => [Some(from), Some(to)],
+            Self::Steps {
+                first, increment, ..
+            } => [Some(first), Some(increment)],
+            Self::Multisine { amplitude, .. } | Self::Prbs { amplitude, .. } => {
+                [Some(amplitude), None]
+            }
+        };
+        for value in [first, second].into_iter().flatten() {
+            *value *= factor;
+        }
+        self
+    }
+
     /// Value at `t_s` after the beginning, if it has no [flaw](Signal::flaw) and
     /// the experiment takes `duration_s`. Not finite only if its numbers are not.
     pub fn at(&self, t_s: T, duration_s: T) -> Sample<T> {

@@ -111,6 +111,7 @@ pub(super) fn run(args: &IdentifyRunArgs) -> Outcome {
             return Err(why);
         }
     };
+    scenario.notes.iter().for_each(stdio::note);
     if args.dry_run {
         let folder = RunFolder::create(Some(&base), "preview")?;
         return show(args, &scenario, &folder, Some(&uri));
