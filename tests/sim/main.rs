@@ -16,6 +16,7 @@ mod identification;
 mod layers;
 mod load_friction;
 mod log;
+mod one_joint;
 mod own_control;
 mod paper;
 mod paper_report;

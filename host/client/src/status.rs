@@ -88,6 +88,12 @@ pub struct BoardStatus {
 }
 
 impl BoardStatus {
+    /// Number of joints, by the settings; as many as there may be while they are not known.
+    pub fn joints(&self) -> usize {
+        self.settings
+            .map_or(JOINTS, |settings| settings.setup.arm.joints())
+    }
+
     /// Mode of the board.
     pub fn mode(&self) -> Option<Mode> {
         if self.is_passthrough {

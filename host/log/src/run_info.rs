@@ -93,6 +93,11 @@ impl RunFacts {
         }
     }
 
+    /// Number of joints.
+    pub fn joints(&self) -> usize {
+        self.setup.arm.joints()
+    }
+
     /// Joint angle in rad of an encoder count.
     pub fn angle_rad(&self, joint: usize, count: u16) -> f64 {
         (f64::from(count) - self.zero_count[joint]) * self.rad_per_count[joint]

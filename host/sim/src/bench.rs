@@ -33,15 +33,20 @@ impl Bench {
     pub fn new(plant: Plant) -> Self {
         let servos = SERVO_IDS
             .iter()
+            .take(plant.joints())
             .map(|id| Servo::with_id(id.get()).into())
             .collect();
         Self::with_devices(plant, servos)
     }
 
     /// These servos, powered up at time 0. The first two move the joints of
-    /// `plant`, in this order; any others turn a free shaft.
+    /// `plant`, in this order; any others turn a free shaft. An arm of one joint has no second.
     pub fn with_servos(plant: Plant, servos: &[ServoKind]) -> Self {
-        Self::with_devices(plant, servos.iter().map(|kind| kind.build()).collect())
+        let absent = plant.joints()..JOINTS;
+        let servos = servos.iter().enumerate();
+        let servos = servos.filter(|(servo, _)| !absent.contains(servo));
+        let servos = servos.map(|(_, kind)| kind.build()).collect();
+        Self::with_devices(plant, servos)
     }
 
     /// The same with servos as they are on a wire: also those of the X series.

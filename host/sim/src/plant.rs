@@ -122,8 +122,12 @@ enum ChangeKind {
 }
 
 impl Plant {
-    /// The arm at time zero, with motors off and this seed of the encoders' noise.
-    pub fn new(config: PlantConfig, seed: u64) -> Self {
+    /// The arm at time zero, with motors off and this seed of the encoders' noise. A joint that it
+    /// does not have rests at 0.
+    pub fn new(mut config: PlantConfig, seed: u64) -> Self {
+        if config.arm.joints() < JOINTS {
+            (config.initial.q.y, config.initial.dq.y) = (0.0, 0.0);
+        }
         Self {
             body: initial_body(&config),
             config,
@@ -138,6 +142,11 @@ impl Plant {
             // One stream per encoder: reading one does not change the other.
             noise: core::array::from_fn(|servo| Pcg32::new(seed, servo as u64)),
         }
+    }
+
+    /// Number of joints.
+    pub fn joints(&self) -> usize {
+        self.config.arm.joints()
     }
 
     /// The same with another step of the integration in ns, at least 1, instead of

@@ -3,8 +3,7 @@
 
 use super::protocol::Protocol;
 use super::transaction::Transaction;
-use super::{ExpectedReply, Firmware, Packet, ServoId};
-use crate::JOINTS;
+use super::{ExpectedReply, Firmware, Packet, ServoIds};
 
 /// Idle time before a request. The servo that sent last receives nothing that
 /// begins within 28 µs of its last stop bit; 50 µs are safe in PWM mode.
@@ -70,7 +69,7 @@ impl Readiness {
 /// Parameters of the bus line, on which the steps depend.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line {
-    pub(super) ids: [ServoId; JOINTS],
+    pub(super) ids: ServoIds,
     pub(super) firmware: Firmware,
     pub(super) baud: u32,
     pub(super) available_us: u32,

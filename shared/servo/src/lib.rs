@@ -56,7 +56,7 @@
 //!
 //! Times are in µs of a monotonic clock (`now_us: u64`), speeds in bits per second, positions
 //! in encoder counts, 0..=1023 of an AX-12A and 0..=4095 of an X servo, torques as [`Pwm`]
-//! counts 0..=2000 with 1000 for off. A bus has [`JOINTS`] servos under control; codecs and
+//! counts 0..=2000 with 1000 for off. A bus has up to [`JOINTS`] servos under control; codecs and
 //! queries work with any number.
 //!
 //! # Contract
@@ -110,13 +110,10 @@ pub use alarms::Alarms;
 pub use client_request::{ClientFrame, ClientRequest};
 pub use dispatch::ReplyParser;
 pub use firmware::Firmware;
-pub use id::ServoId;
+pub use id::{JOINTS, ServoId, ServoIds};
 pub use instruction::{DecodeError, Instruction, SyncBlocks};
 pub use packet::Packet;
 pub use port::BYTE_US;
 pub use pwm::Pwm;
 pub use query::{ExpectedReply, Query};
 pub use sample::{Missing, Sample};
-
-/// Servos on the bus: one for each joint of the arm.
-pub const JOINTS: usize = 2;

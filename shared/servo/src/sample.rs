@@ -37,6 +37,12 @@ impl Sample {
             Self::Missing(missing) => Some(missing),
         }
     }
+
+    /// The same for a servo that was asked: an arm with fewer joints has no other.
+    pub fn lost(self) -> Option<Missing> {
+        self.missing()
+            .filter(|missing| *missing != Missing::NotAsked)
+    }
 }
 
 /// Reason for a missing position.
@@ -44,7 +50,7 @@ impl Sample {
 #[cfg_attr(feature = "postcard", derive(Serialize, Deserialize, Schema, MaxSize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Missing {
-    /// The servo was not asked.
+    /// The servo was not asked: the arm has no such joint, or no exchange has begun.
     NotAsked,
     /// No byte was received.
     Silence,

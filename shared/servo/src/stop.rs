@@ -88,8 +88,7 @@
 use super::morpheus::Request;
 use super::protocol1::torque_off;
 use super::protocol2;
-use super::{Firmware, Packet, ServoId};
-use crate::JOINTS;
+use super::{Firmware, Packet, ServoIds};
 
 /// Byte that flushes a servo's receiver.
 pub const FLUSH: u8 = 0xFF;
@@ -121,7 +120,8 @@ pub enum StopStep {
 
 /// The step with this index for servos with this firmware; `None` after the last. Where
 /// only stock servos are known to be, their command comes first.
-pub fn stop_step_for(index: u8, firmware: Firmware, ids: [ServoId; JOINTS]) -> Option<StopStep> {
+pub fn stop_step_for(index: u8, firmware: Firmware, ids: impl Into<ServoIds>) -> Option<StopStep> {
+    let ids = ids.into();
     match (firmware, index) {
         (Firmware::Morpheus, _) => stop_step(index, ids),
         (Firmware::Stock, 0 | 2 | 11) => Some(StopStep::Pause { us: PACKET_GAP_US }),
@@ -137,7 +137,7 @@ pub fn stop_step_for(index: u8, firmware: Firmware, ids: [ServoId; JOINTS]) -> O
     clippy::match_same_arms,
     reason = "a table: every row stands for itself"
 )]
-fn stop_step(index: u8, ids: [ServoId; JOINTS]) -> Option<StopStep> {
+fn stop_step(index: u8, ids: ServoIds) -> Option<StopStep> {
     let send = |request: Request| StopStep::Send(request.encode());
     let pause = |us| StopStep::Pause { us };
     Some(match index {
@@ -149,9 +149,9 @@ fn stop_step(index: u8, ids: [ServoId; JOINTS]) -> Option<StopStep> {
         4 => pause(PACKET_GAP_US),
         5 => send(Request::StopAll),
         6 => pause(PACKET_GAP_US),
-        7 => send(Request::SideStep(ids)),
+        7 => send(Request::SideStep(ids.filled())),
         8 => pause(CONTROL_STEP_US),
-        9 => send(Request::Release(ids)),
+        9 => send(Request::Release(ids.filled())),
         10 => pause(CONTROL_STEP_US),
         11 | 13 => StopStep::Send(torque_off()),
         12 | 14 => pause(PACKET_GAP_US),
@@ -200,7 +200,8 @@ pub fn brief_stop_step(index: u8) -> Option<StopStep> {
 }
 
 /// All steps in order, for a handler that polls.
-pub fn stop_steps(ids: [ServoId; JOINTS]) -> impl Iterator<Item = StopStep> {
+pub fn stop_steps(ids: impl Into<ServoIds>) -> impl Iterator<Item = StopStep> {
+    let ids = ids.into();
     (0..).map_while(move |index| stop_step(index, ids))
 }
 
@@ -211,7 +212,7 @@ mod tests {
 
     #[test]
     fn sequence_is_bounded_and_ends_with_off() {
-        let ids = [1, 2].map(|id| ServoId::new(id).unwrap());
+        let ids = [1, 2].map(|id| crate::ServoId::new(id).unwrap());
         let sent = |step: &StopStep| !matches!(step, StopStep::Pause { .. });
         let last = stop_steps(ids).filter(sent).last();
         assert_eq!(last, Some(StopStep::Send(torque_off())));

@@ -207,5 +207,5 @@ fn missed(ticks: &[Tick]) -> u32 {
 }
 
 fn absent(count: usize, sample: Sample) -> usize {
-    count + usize::from(sample.counts().is_none())
+    count + usize::from(sample.lost().is_some())
 }

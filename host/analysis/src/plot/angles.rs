@@ -3,7 +3,6 @@
 use armbridge_client::enum_names;
 use armbridge_log::record_values::{angle_rad, reference_rad};
 use armbridge_log::summary::{JointSummary, SETTLED_RAD};
-use armbridge_servo::JOINTS;
 
 use super::axis::Axis;
 use super::decimate::distinct;
@@ -12,7 +11,7 @@ use super::marks::NOTE;
 use super::panel::{ALARM, GAP, GOOD, JOINT, JOINT_TINT, Key, MUTED, Panel, SETPOINT};
 use super::reduce::missing;
 use super::run::Run;
-use super::{figure, marks};
+use super::{figure, marks, panel};
 
 /// Smallest distance in px of the lines between setpoints.
 const SPACING_PX: f64 = 12.0;
@@ -27,11 +26,12 @@ const BEHIND: Stroke = Stroke::solid("#98a2ad", 1.7);
 const BEFORE_END_S: f64 = 0.25;
 
 pub(super) fn draw(run: &Run) -> Drawing {
-    let mut drawing = figure(640.0, "Joint angles", &run.facts);
+    let joints = run.facts.joints();
+    let mut drawing = figure(panel::height(joints), "Joint angles", &run.facts);
     let behind = run.behind.as_deref();
-    for joint in 0..JOINTS {
+    for joint in 0..joints {
         let axis = angle_axis([run].into_iter().chain(behind), joint);
-        let panel = Panel::angle(&mut drawing, joint, run.time_axis(), axis);
+        let panel = Panel::angle(&mut drawing, joint, joints, run.time_axis(), axis);
         marks::draw(&mut drawing, &panel, run, joint);
         if joint == 0 {
             marks::draw_texts(&mut drawing, &panel, run, marks::LANE_PX);

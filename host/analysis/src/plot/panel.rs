@@ -1,7 +1,5 @@
 //! Panels: framed areas with two axes, a title, a legend, and curves.
 
-use armbridge_servo::JOINTS;
-
 use super::axis::Axis;
 use super::decimate::{decimate, distinct};
 use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
@@ -84,15 +82,20 @@ pub enum Key {
     Ring(&'static str),
 }
 
+/// Height in px of a figure with one panel for each of so many joints.
+pub(super) fn height(joints: usize) -> f64 {
+    100.0 + 270.0 * joints as f64
+}
+
 impl Panel {
-    /// Draws the frame of a joint's angle over time, above or below the other joint's.
-    pub fn angle(drawing: &mut Drawing, joint: usize, x: Axis, y: Axis) -> Self {
+    /// Draws the frame of a joint's angle over time, one of so many joints from above.
+    pub fn angle(drawing: &mut Drawing, joint: usize, joints: usize, x: Axis, y: Axis) -> Self {
         let panel = Self {
             frame: Rect::row(78.0 + 270.0 * joint as f64, 224.0),
             x,
             y,
         };
-        let x_title = (joint + 1 == JOINTS).then_some("time (s)");
+        let x_title = (joint + 1 == joints).then_some("time (s)");
         let title = format!("Joint {}", joint + 1);
         panel.draw(drawing, &title, x_title, Some("angle (rad)"));
         panel

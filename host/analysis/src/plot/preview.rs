@@ -42,7 +42,7 @@ fn figure(preview: &Preview, about: &str) -> Drawing {
         let limit = f64::from(preview.limit_rad[joint]);
         let x = Axis::linear(0.0, preview.end_s);
         let y = Axis::around([-limit, limit].into_iter(), 0.14);
-        let panel = Panel::angle(&mut drawing, joint, x, y);
+        let panel = Panel::angle(&mut drawing, joint, JOINTS, x, y);
         draw_joint(&mut drawing, &panel, preview, joint);
     }
     drawing

@@ -7,7 +7,7 @@
 //! the figure by much. No peak is lost.
 
 use armbridge_client::enum_names;
-use armbridge_link::message::{Record, Sample};
+use armbridge_link::message::Record;
 use armbridge_log::record_values::{angle_rad, count, error_rad, reference_rad};
 use armbridge_servo::JOINTS;
 
@@ -74,9 +74,9 @@ impl Drawn for [f64; JOINTS] {
 
 /// 1 if a sample is missing, else NaN.
 pub(super) fn missing(record: &Record, joint: usize) -> f64 {
-    match record.input.samples[joint] {
-        Sample::Missing(_) if enum_names::is_up(record.mode) => 1.0,
-        Sample::Missing(_) | Sample::Counts(_) => f64::NAN,
+    match record.input.samples[joint].lost() {
+        Some(_) if enum_names::is_up(record.mode) => 1.0,
+        Some(_) | None => f64::NAN,
     }
 }
 

@@ -7,23 +7,24 @@
 
 use armbridge_link::message::{Drive, Record};
 use armbridge_log::run_info::PWM_MAX;
-use armbridge_servo::{JOINTS, Pwm};
+use armbridge_servo::Pwm;
 
 use super::axis::Axis;
 use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use super::panel::{FRAME, JOINT, JOINT_TINT, Key, LABEL, LIMIT, Panel};
 use super::run::Run;
-use super::{figure, marks};
+use super::{figure, marks, panel};
 
 /// PWM values on the axis.
 const PWM_TICKS: [u16; 5] = [0, 500, 1000, 1500, PWM_MAX];
 
 pub(super) fn draw(run: &Run) -> Drawing {
-    let mut drawing = figure(640.0, "Joint torque", &run.facts);
+    let joints = run.facts.joints();
+    let mut drawing = figure(panel::height(joints), "Joint torque", &run.facts);
     let limits = run.facts.torque_limits_nm;
-    // Both joints on one scale, so that they can be compared.
-    let y = Axis::around(limits.into_iter().flatten(), 0.05);
-    for joint in 0..JOINTS {
+    // All joints on one scale, so that they can be compared.
+    let y = Axis::around(limits.into_iter().take(joints).flatten(), 0.05);
+    for joint in 0..joints {
         let frame = Rect {
             w: 872.0,
             ..Rect::row(78.0 + 270.0 * joint as f64, 224.0)
@@ -33,7 +34,7 @@ pub(super) fn draw(run: &Run) -> Drawing {
             x: run.time_axis(),
             y,
         };
-        let x_title = (joint + 1 == JOINTS).then_some("time (s)");
+        let x_title = (joint + 1 == joints).then_some("time (s)");
         let title = format!("Joint {}", joint + 1);
         panel.draw(&mut drawing, &title, x_title, Some("torque (N m)"));
         draw_pwm_axis(&mut drawing, &panel, run, joint);

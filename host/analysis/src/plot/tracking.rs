@@ -5,14 +5,13 @@
 
 use armbridge_log::record_values::error_rad;
 use armbridge_log::summary::{JointSummary, SETTLED_RAD, SegmentSummary};
-use armbridge_servo::JOINTS;
 
 use super::axis::Axis;
 use super::drawing::{Drawing, Rect, Stroke};
 use super::marks::NOTE;
 use super::panel::{GAP, GOOD, JOINT, Key, Panel};
 use super::run::Run;
-use super::{figure, marks};
+use super::{figure, marks, panel};
 
 /// Half the enlarged axis in units of the band, if the error at rest is within it.
 const ENLARGED: f64 = 1.6;
@@ -37,14 +36,20 @@ pub(super) const ZERO: Stroke = Stroke {
 };
 
 pub(super) fn draw(run: &Run) -> Drawing {
-    let axes: Vec<_> = (0..JOINTS).map(|joint| Axes::new(run, joint)).collect();
+    let joints = run.facts.joints();
+    let axes: Vec<_> = (0..joints).map(|joint| Axes::new(run, joint)).collect();
     let is_enlarged = axes.iter().any(|axes| axes.enlarged.is_some());
-    let height = if is_enlarged { 860.0 } else { 640.0 };
+    let height = panel::height(joints)
+        + if is_enlarged {
+            110.0 * joints as f64
+        } else {
+            0.0
+        };
     let mut drawing = figure(height, "Tracking error", &run.facts);
-    let rows = (height - 92.0) / JOINTS as f64;
+    let rows = (height - 92.0) / joints as f64;
     for (joint, axes) in axes.into_iter().enumerate() {
         let top = 78.0 + rows * joint as f64;
-        let last = joint + 1 == JOINTS;
+        let last = joint + 1 == joints;
         let title = format!("Joint {}: estimate minus reference", joint + 1);
         // The strip is above the last panel of the joint.
         let space = rows - 48.0 - STRIP_PX;

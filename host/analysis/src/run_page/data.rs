@@ -29,7 +29,7 @@ pub(super) struct PageData<'a> {
     /// Distance from the setpoint, in rad, within which a joint counts as settled.
     settled: f64,
     /// Torque limits of each joint, in N m.
-    torque_limits: [[f64; 2]; JOINTS],
+    torque_limits: &'a [[f64; 2]],
     runs: Vec<Run<'a>>,
     events: &'a [Listed],
     /// Start and name of each mode.
@@ -90,7 +90,7 @@ impl<'a> PageData<'a> {
             to: run.end_s,
             arm: arm(&facts.setup.arm),
             settled: SETTLED_RAD,
-            torque_limits: facts.torque_limits_nm,
+            torque_limits: &facts.torque_limits_nm[..facts.joints()],
             runs: runs.collect(),
             events: &run.events,
             modes: &run.modes,

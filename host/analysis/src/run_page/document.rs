@@ -40,7 +40,7 @@ pub(super) fn document(
     let body = html! {
         main {
             (header(input, run, beside))
-            (stage(run.rows.every()))
+            (stage(run.rows.every(), run.facts.joints()))
             (timeline())
             (setpoints(run, beside.zip(input.beside.map(|beside| beside.name))))
             (events(run))
@@ -92,9 +92,10 @@ fn totals(run: &Collected) -> String {
     )
 }
 
-/// The arm beside the curves, whose points stand for some ticks each.
-fn stage(every: usize) -> Markup {
+/// The arm of so many joints beside the curves, whose points stand for some ticks each.
+fn stage(every: usize, joints: usize) -> Markup {
     let views = [("three", "3D"), ("front", "joint 1"), ("side", "joint 2")];
+    let views = views.into_iter().take(1 + joints);
     let rows = [
         ("angle", "angle", "angle", "3", "1", "rad"),
         ("setpoint", "reference", "reference", "3", "1", "rad"),
@@ -117,12 +118,18 @@ fn stage(every: usize) -> Markup {
                     p #mode {}
                 }
                 table #readout {
-                    thead { tr { td {} th.n.j1 { "joint 1" } th.n.j2 { "joint 2" } td {} } }
+                    thead { tr {
+                        td {}
+                        @for joint in 1..=joints {
+                            th class={ "n j" (joint) } { "joint " (joint) }
+                        }
+                        td {}
+                    } }
                     tbody {
                         @for (label, series, _, digits, factor, unit) in rows {
                             tr {
                                 th scope="row" { (label) }
-                                @for joint in 1..=2 {
+                                @for joint in 1..=joints {
                                     td.n data-series={ (series) (joint) } data-digits=(digits)
                                         data-factor=(factor) {}
                                 }
@@ -189,10 +196,10 @@ fn setpoints(run: &Collected, beside: Option<(&Collected, &str)>) -> Markup {
         @for (index, segment) in segments.iter().enumerate() {
             tr {
                 td.n { (format!("{:.1} s", segment.start_s - run.zero_s)) }
-                td.n { (pair(segment, " rad", |joint| format!("{:+.2}", joint.reference_rad))) }
-                (performance(segment))
+                td.n { (each(segment, run.facts.joints(), " rad", |joint| format!("{:+.2}", joint.reference_rad))) }
+                (performance(segment, run.facts.joints()))
                 @if let Some(other) = beside.and_then(|(other, _)| other.summary.segments.get(index)) {
-                    (performance(other))
+                    (performance(other, run.facts.joints()))
                 }
             }
         }
@@ -211,22 +218,24 @@ fn setpoints(run: &Collected, beside: Option<(&Collected, &str)>) -> Markup {
 }
 
 /// Cells with settling times and steady-state errors.
-fn performance(segment: &SegmentSummary) -> Markup {
+fn performance(segment: &SegmentSummary, joints: usize) -> Markup {
     html! {
-        td.n { (pair(segment, "", |joint| {
+        td.n { (each(segment, joints, "", |joint| {
             joint.settling_time_s.map_or_else(|| "never".to_owned(), |s| format!("{s:.2} s"))
         })) }
-        td.n { (pair(segment, " mrad", |joint| format!("{:.1}", joint.steady_state_error_mrad.abs()))) }
+        td.n { (each(segment, joints, " mrad", |joint| format!("{:.1}", joint.steady_state_error_mrad.abs()))) }
     }
 }
 
-fn pair(
+/// The texts of this many joints.
+fn each(
     segment: &SegmentSummary,
+    joints: usize,
     unit: &str,
     text: impl Fn(&armbridge_log::summary::JointSummary) -> String,
 ) -> String {
-    let [first, second] = [0, 1].map(|joint| text(&segment.joints[joint]));
-    format!("{first}  {second}{unit}").replace('-', "−")
+    let texts: Vec<_> = segment.joints.iter().take(joints).map(text).collect();
+    (texts.join("  ") + unit).replace('-', "−")
 }
 
 fn events(run: &Collected) -> Markup {

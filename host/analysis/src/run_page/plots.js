@@ -19,8 +19,10 @@ function jointCurves(joint) {
   ];
 }
 
-const bothJoints = (name, more = {}) =>
-  [1, 2].map((joint) => curve(name + joint, `joint ${joint}`, `--j${joint}`, { width: 1.5, ...more }));
+// Numbers of the joints.
+const JOINTS = DATA.torque_limits.map((_, index) => index + 1);
+const eachJoint = (name, more = {}) =>
+  JOINTS.map((joint) => curve(name + joint, `joint ${joint}`, `--j${joint}`, { width: 1.5, ...more }));
 
 // The same curves of the second run, below the others.
 function besides(names) {
@@ -33,22 +35,28 @@ function besides(names) {
   });
 }
 
+const besidesEach = (name) => besides(JOINTS.map((joint) => name + joint));
+
 const PANELS = [
-  { title: "Joint 1", unit: "rad", digits: 3, curves: [...besides(["angle1"]), ...jointCurves(1)] },
-  { title: "Joint 2", unit: "rad", digits: 3, curves: [...besides(["angle2"]), ...jointCurves(2)] },
+  ...JOINTS.map((joint) => ({
+    title: `Joint ${joint}`,
+    unit: "rad",
+    digits: 3,
+    curves: [...besides([`angle${joint}`]), ...jointCurves(joint)],
+  })),
   {
     title: "Error",
     unit: "mrad",
     digits: 1,
     factor: 1000,
     band: DATA.settled * 1000,
-    curves: [...besides(["error1", "error2"]), ...bothJoints("error")],
+    curves: [...besidesEach("error"), ...eachJoint("error")],
   },
   {
     title: "Speed",
     unit: "rad/s",
     digits: 2,
-    curves: [...besides(["speed1", "speed2"]).map(hidden), ...bothJoints("speed"), ...[1, 2].map((joint) =>
+    curves: [...besidesEach("speed").map(hidden), ...eachJoint("speed"), ...JOINTS.map((joint) =>
       curve(`reference_speed${joint}`, `reference ${joint}`, "--ink", { dash: [5, 4], width: 1, isHidden: true }),
     )],
   },
@@ -57,7 +65,7 @@ const PANELS = [
     unit: "N m",
     digits: 3,
     limits: DATA.torque_limits,
-    curves: [...besides(["torque1", "torque2"]).map(hidden), ...bothJoints("torque"), ...[1, 2].map((joint) =>
+    curves: [...besidesEach("torque").map(hidden), ...eachJoint("torque"), ...JOINTS.map((joint) =>
       curve(`disturbance${joint}`, `disturbance ${joint}`, `--j${joint}`, { dash: [2, 3], width: 1, isHidden: true }),
     )],
   },

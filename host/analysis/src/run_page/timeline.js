@@ -100,10 +100,10 @@ class Timeline {
     context.fill();
   }
 
-  // Both angles, in one scale.
+  // The angles, in one scale.
   drawCurves(context, height) {
     const { times, series } = RUN.curves;
-    const shown = ["angle1", "angle2"].filter((name) => series[name]);
+    const shown = ["angle1", "angle2"].slice(0, DATA.torque_limits.length).filter((name) => series[name]);
     let most = 0.05;
     for (const name of shown) {
       for (let row = 0; row < times.length; row += 7) {

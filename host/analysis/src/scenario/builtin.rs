@@ -37,6 +37,7 @@ pub const BUILTINS: &[Builtin] = builtin![
     "demo",
     "upright",
     "push",
+    "pendulum",
     "pick",
     "sinusoid",
     "chirp",

@@ -14,7 +14,7 @@ use armbridge_client::{enum_names, fault_text};
 use armbridge_link::message::{BoardReport, End, Fault, SettingsFrom, SettingsGroups};
 use armbridge_link::server::LinkRole;
 use armbridge_log::text_table;
-use armbridge_servo::{Firmware, JOINTS};
+use armbridge_servo::Firmware;
 use armbridge_sim::link::{BoardUri, Pace};
 use clap::Args;
 use serde_json::{Value, json};
@@ -79,8 +79,9 @@ fn as_text(uri: &BoardUri, host: &TaskHost<Status>, list: Option<&ImageList>) ->
     }
     rows.push(["servos".into(), servos(host)]);
     rows.extend(mode(host));
+    let joints = host.session.status().joints();
     rows.extend(
-        (0..JOINTS).map(|joint| [format!("joint {}", joint + 1), joint_in_words(host, joint)]),
+        (0..joints).map(|joint| [format!("joint {}", joint + 1), joint_in_words(host, joint)]),
     );
     if let Some(role) = host.session.status().role {
         rows.push(["commanded by".into(), commander(role)]);
@@ -297,7 +298,7 @@ fn as_json(uri: &BoardUri, host: &TaskHost<Status>, list: Option<&ImageList>) ->
     let listed = image.and_then(|crc| list?.find(crc));
     let stats = host.session.stats();
     let mode = status.mode();
-    let joints: Vec<Value> = (0..JOINTS)
+    let joints: Vec<Value> = (0..status.joints())
         .map(|joint| {
             let temperature = temperature(host, joint);
             json!({

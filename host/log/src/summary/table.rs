@@ -9,6 +9,8 @@
 
 use std::fmt::{Result, Write};
 
+use armbridge_servo::JOINTS;
+
 use super::{
     JointSummary, PushSummary, SETTLED_RAD, SegmentSummary, ServoSummary, Spread, Summary,
 };
@@ -33,11 +35,9 @@ impl Summary {
     pub fn results(&self) -> String {
         text(|out| {
             self.write_events(out)?;
-            if let Some([first, second]) = self.tracking_rms_mrad {
-                writeln!(
-                    out,
-                    " in motion, the error is {first:.1} and {second:.1} mrad rms"
-                )?;
+            if let Some(rms_mrad) = self.tracking_rms_mrad {
+                let rms = self.each(&rms_mrad, |mrad| format!("{mrad:.1}"));
+                writeln!(out, " in motion, the error is {rms} mrad rms")?;
             }
             Ok(())
         })
@@ -52,7 +52,10 @@ impl Summary {
             ([], _) => write_heading(out, "push", "error")?,
             _ => write_heading(out, "setpoint (rad)", "at rest off by")?,
         }
-        let setpoint_rows = setpoints.iter().map(|it| (it.start_s, setpoint_row(it)));
+        let joints = self.run.joints();
+        let setpoint_rows = setpoints
+            .iter()
+            .map(|it| (it.start_s, setpoint_row(it, joints)));
         let push_rows = pushes.iter().map(|it| (it.start_s, push_row(it)));
         let mut rows: Vec<(f64, String)> = setpoint_rows.chain(push_rows).collect();
         rows.sort_by(|(a_s, _), (b_s, _)| a_s.total_cmp(b_s));
@@ -105,14 +108,19 @@ impl Summary {
     /// Largest torques beside the limits of their directions: a servo drives more strongly in
     /// one than in the other.
     pub fn torque_text(&self) -> String {
-        let [first, second] = self.peak_torque_nm;
-        let [limit1, limit2] = self.peak_torque_limit_nm.map(|nm| format!("{nm:.2}"));
-        let limits = if limit1 == limit2 {
-            limit1
-        } else {
-            format!("{limit1} and {limit2}")
+        let torque = |nm: &f64| format!("{nm:.2}");
+        let most = self.each(&self.peak_torque_nm, torque);
+        let limits = match self.peak_torque_limit_nm.map(|nm| torque(&nm)) {
+            [limit, other] if limit == other => limit,
+            _ => self.each(&self.peak_torque_limit_nm, torque),
         };
-        format!("torque at most {first:.2} and {second:.2} of {limits} N m")
+        format!("torque at most {most} of {limits} N m")
+    }
+
+    /// The texts of the values of all joints: `a and b`.
+    fn each<T>(&self, values: &[T; JOINTS], text: impl Fn(&T) -> String) -> String {
+        let texts: Vec<_> = values.iter().take(self.run.joints()).map(text).collect();
+        texts.join(" and ")
     }
 
     /// Distributions per tick, and every counter.
@@ -139,10 +147,10 @@ impl Summary {
     }
 
     fn write_counters(&self, out: &mut String) -> Result {
-        let [pwm1, pwm2] = self.peak_pwm_deviation;
+        let pwm = self.each(&self.peak_pwm_deviation, u16::to_string);
         let link = self.records;
         let rows = [
-            ("peak PWM", format!("{pwm1} and {pwm2} counts from neutral")),
+            ("peak PWM", format!("{pwm} counts from neutral")),
             (
                 "records",
                 format!(
@@ -209,17 +217,15 @@ fn text(write: impl FnOnce(&mut String) -> Result) -> String {
 }
 
 /// Heading of setpoints, or of pushes alone.
-fn setpoint_row(segment: &SegmentSummary) -> String {
-    let [first, second] = &segment.joints;
+fn setpoint_row(segment: &SegmentSummary, joints: usize) -> String {
+    let joints = &segment.joints[..joints];
+    let each = |text: fn(&JointSummary) -> String| joints.iter().map(text).collect::<String>();
     format!(
-        " {:<9}{:+.2}  {:+.2}      {:<8}{:<16}{:>5} {:>5} mrad",
+        " {:<9}{:<18}{:<24}{} mrad",
         format!("{:.1} s", segment.start_s),
-        first.reference_rad,
-        second.reference_rad,
-        seconds_or_never(first.settling_time_s),
-        seconds_or_never(second.settling_time_s),
-        rest_error(first),
-        rest_error(second),
+        each(|joint| format!("{:+.2}  ", joint.reference_rad)),
+        each(|joint| format!("{:<8}", seconds_or_never(joint.settling_time_s))),
+        each(|joint| format!("{:>5} ", rest_error(joint))).trim_end(),
     )
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use armbridge_client::simulation::Push;
 use armbridge_client::{LinkStats, enum_names};
-use armbridge_link::message::{Drive, Fault, Record, Sample};
+use armbridge_link::message::{Drive, Fault, Record};
 use armbridge_servo::JOINTS;
 
 use super::pushes::PushTally;
@@ -132,7 +132,7 @@ impl Tally {
             self.compute_ns.add(record.timing.compute_ns);
         }
         for sample in record.input.samples {
-            if let Sample::Missing(kind) = sample {
+            if let Some(kind) = sample.lost() {
                 *self.missing.entry(enum_names::missing(kind)).or_default() += 1;
             }
         }

@@ -70,7 +70,7 @@ pub use app_core::MemoryRegion;
 use app_core::{Core, TickSamples};
 use armbridge_link::message::{Fault, Mode, Record, Refusal, Settings};
 use armbridge_link::record::Violation;
-use armbridge_servo::{JOINTS, ServoId};
+use armbridge_servo::{JOINTS, ServoId, ServoIds};
 use servo_temperature::Temperatures;
 use supply_relay::{Supply, SupplyPermission};
 use transparent_port::TransparentPort;
@@ -122,9 +122,11 @@ impl<'a, B: Bus> Bridge<'a, B> {
         now_us: u64,
         settings: &Settings,
     ) -> Result<Self, Refusal> {
+        let config = LoopConfig::build(settings)?;
+        let servos = ServoIds::from(SERVO_IDS).of_joints(config.joints());
         Ok(Self {
-            core: Core::new(&LoopConfig::build(settings)?, now_us),
-            sequencer: BusSequencer::new(bus, SERVO_IDS, now_us),
+            core: Core::new(&config, now_us),
+            sequencer: BusSequencer::new(bus, servos, now_us),
             mailbox: end.mailbox,
             port: TransparentPort::new(end.client),
             supply: Supply::new(now_us),

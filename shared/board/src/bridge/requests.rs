@@ -4,14 +4,14 @@ use crate::tick::limits::{PERIOD_MIN_AX12A_US, PERIOD_MIN_US};
 use armbridge_control::encoder::Encoder;
 use armbridge_servo::bus::Bus;
 
-use super::Bridge;
 use super::app_core::BusFacts;
 use super::channels::{HostRequest, Notification};
 use super::command::ValidatedCommand;
-use crate::supervisor::State;
+use super::{Bridge, SERVO_IDS};
+use crate::supervisor::{Event, State};
 use armbridge_link::message::{Fault, Refusal, StopSource};
 use armbridge_link::record::Violation;
-use armbridge_servo::Firmware;
+use armbridge_servo::{Firmware, ServoIds};
 
 impl<B: Bus> Bridge<'_, B> {
     /// Takes stops, goodbyes and hellos, then commands of the present epoch. Not inlined: a
@@ -115,7 +115,11 @@ impl<B: Bus> Bridge<'_, B> {
         let has_settings = self.sequencer.firmware() != Firmware::Morpheus;
         let prepares = matches!(command, ValidatedCommand::Prepare) && !bus.is_prepared;
         let restores = matches!(command, ValidatedCommand::Release) && has_settings;
+        let joints = self.core.config().joints();
         let result = self.core.command(command, bus);
+        if self.core.config().joints() != joints {
+            self.search_for_joints();
+        }
         self.apply_core_actions();
         if result.is_ok() && prepares {
             self.sequencer.prepare();
@@ -123,6 +127,15 @@ impl<B: Bus> Bridge<'_, B> {
             self.sequencer.restore();
         }
         result
+    }
+
+    /// Searches for the servos of an arm with another number of joints, whose motors are off.
+    fn search_for_joints(&mut self) {
+        let joints = self.core.config().joints();
+        self.sequencer
+            .set_servos(ServoIds::from(SERVO_IDS).of_joints(joints));
+        // Refused where a search is under way, or follows.
+        let _ = self.core.apply(Event::Prepare);
     }
 
     /// The joint whose servo is too hot to be armed or, after a fault of its temperature, to

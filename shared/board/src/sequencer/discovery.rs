@@ -21,6 +21,8 @@ pub(super) struct Discovery {
     rates: &'static [u32],
     /// Index of the present one.
     rate: usize,
+    /// Number of servos.
+    servos: usize,
     found: [Option<Firmware>; JOINTS],
     /// Reason for the missing reply of each servo that did not answer.
     faults: [Option<Missing>; JOINTS],
@@ -42,11 +44,12 @@ pub(super) enum Next {
 }
 
 impl Discovery {
-    /// A search at these baud rates, the likeliest first.
-    pub(super) fn new(rates: &'static [u32]) -> Self {
+    /// A search for so many servos at these baud rates, the likeliest first.
+    pub(super) fn new(rates: &'static [u32], servos: usize) -> Self {
         Self {
             rates,
             rate: 0,
+            servos,
             found: [None; JOINTS],
             faults: [None; JOINTS],
         }
@@ -59,11 +62,6 @@ impl Discovery {
             Some(baud) if baud > AX12A_BAUD_MAX => Firmware::XSeries,
             _ => Firmware::Morpheus,
         }
-    }
-
-    /// Restarts the search at the likeliest speed.
-    pub(super) fn rewind(&mut self) {
-        *self = Self::new(self.rates);
     }
 
     /// The present speed of the search; `None` beyond the last.
@@ -112,7 +110,7 @@ impl Discovery {
                 joint,
                 firmware: Firmware::XSeries,
             },
-            Firmware::Morpheus | Firmware::Stock | Firmware::XSeries if joint + 1 < JOINTS => {
+            Firmware::Morpheus | Firmware::Stock | Firmware::XSeries if joint + 1 < self.servos => {
                 Next::Ping {
                     joint: joint + 1,
                     firmware: self.first_firmware(),
@@ -124,10 +122,12 @@ impl Discovery {
 
     /// Concludes the search at this speed, after the last ping.
     fn conclude_speed(&mut self) -> Next {
-        let absent = self.found.iter().position(Option::is_none);
+        let mut searched = self.found.iter().take(self.servos);
+        let absent = searched.position(Option::is_none);
         match (self.found, absent) {
             ([Some(first), rest @ ..], None) => {
-                if rest.iter().all(|other| *other == Some(first)) {
+                let mut others = rest.iter().flatten();
+                if others.all(|other| *other == first) {
                     return Next::Found(first);
                 }
                 Next::Mixed(self.found.map(|found| found.unwrap_or(first)))

@@ -97,6 +97,19 @@ impl Evidence {
     }
 }
 
+/// No evidence of so many servos; a joint without a servo has no motor that could be on.
+fn unknown(servos: usize) -> [Evidence; JOINTS] {
+    let absent = Evidence::Off {
+        read_us: None,
+        missed: 0,
+    };
+    let mut joints = [absent; JOINTS];
+    for evidence in joints.iter_mut().take(servos) {
+        *evidence = Evidence::Commanded;
+    }
+    joints
+}
+
 /// A query to one servo that adds to the evidence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct OffCheck {
@@ -114,8 +127,10 @@ pub(super) enum CheckKind {
 }
 
 /// See the [module](self).
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct ForceOff {
+    /// Number of servos.
+    servos: usize,
     since_us: u64,
     next_stop_us: u64,
     /// Stop sequences sent since the beginning.
@@ -138,6 +153,25 @@ pub(super) struct ForceOff {
 }
 
 impl ForceOff {
+    /// So many servos, of which nothing is known, and no order to switch them off.
+    pub(super) fn new(servos: usize) -> Self {
+        Self {
+            servos,
+            since_us: 0,
+            next_stop_us: 0,
+            stops: 0,
+            joints: unknown(servos),
+            silent_ticks: [0; JOINTS],
+            ticks: 0,
+            is_commanded: false,
+            is_checked: false,
+            next_joint: 0,
+            orders: 0,
+            is_reported: false,
+            reported: None,
+        }
+    }
+
     /// Begins to force motors off. After a fault, `is_fault`, the stop
     /// sequence is sent at once and the host gets reports.
     pub(super) fn begin(&mut self, now_us: u64, is_fault: bool) {
@@ -150,7 +184,7 @@ impl ForceOff {
             },
             silent_ticks: self.silent_ticks,
             is_reported: is_fault,
-            ..Self::default()
+            ..Self::new(self.servos)
         };
     }
 
@@ -179,7 +213,7 @@ impl ForceOff {
         self.ticks = self.ticks.saturating_add(1);
         self.orders = self.orders.saturating_sub(1);
         let joints = self.joints.iter_mut().zip(&mut self.silent_ticks);
-        for ((evidence, silent_ticks), sample) in joints.zip(samples) {
+        for ((evidence, silent_ticks), sample) in joints.zip(samples).take(self.servos) {
             let was_silent = *silent_ticks >= SILENT_TICKS;
             *silent_ticks = match sample {
                 Sample::Counts(_) => 0,
@@ -277,7 +311,7 @@ impl ForceOff {
             stops: self.stops,
             is_reported: self.is_reported,
             reported: self.reported,
-            ..Self::default()
+            ..Self::new(self.servos)
         };
     }
 
@@ -308,7 +342,7 @@ impl ForceOff {
 
     /// Discards all evidence: the servos may have changed meanwhile.
     pub(super) fn discard_evidence(&mut self) {
-        self.joints = Default::default();
+        self.joints = unknown(self.servos);
     }
 
     /// Whether reports go to the host: after a fault.

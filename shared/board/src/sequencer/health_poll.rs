@@ -126,16 +126,16 @@ impl HealthPoll {
         Some((HealthRequest::Temperature { joint }, may_be_late))
     }
 
-    /// Notes that the request has been sent.
-    pub(super) fn note_sent(&mut self, request: HealthRequest, now_us: u64) {
+    /// Notes that the request has been sent to one of so many servos.
+    pub(super) fn note_sent(&mut self, request: HealthRequest, now_us: u64, servos: usize) {
         match request {
             HealthRequest::Temperature { joint } => {
                 self.due_us = now_us + INTERVAL_US;
-                self.joint = (joint + 1) % JOINTS;
+                self.joint = (joint + 1) % servos.max(1);
             }
             HealthRequest::Torque { joint } => {
                 self.torque_due_us = now_us + TORQUE_US;
-                self.torque_joint = (joint + 1) % JOINTS;
+                self.torque_joint = (joint + 1) % servos.max(1);
             }
             HealthRequest::Ping { joint } => {
                 if let Some(pings) = self.pings.get_mut(joint) {
@@ -214,7 +214,7 @@ mod tests {
                 poll.next(Firmware::Morpheus, 0, &dropouts, true)
             {
                 assert!(may_be_late);
-                poll.note_sent(request, 0);
+                poll.note_sent(request, 0, JOINTS);
                 let reply = answers(pings).then_some(&pong);
                 pings += 1;
                 if let Some(Health::Reset { joint }) =

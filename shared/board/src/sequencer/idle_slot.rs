@@ -48,7 +48,7 @@ impl<B: Bus> BusSequencer<B> {
         };
         let is_sent = self.request(&request, tick_due_us);
         if is_sent {
-            self.health.note_sent(health, self.now_us);
+            self.health.note_sent(health, self.now_us, self.ids.len());
         }
         is_sent
     }

@@ -84,7 +84,7 @@ use armbridge_link::record::Permission;
 use armbridge_servo::bus::Bus;
 use armbridge_servo::master::{Master, Payload};
 use armbridge_servo::port::{BAUD_RATES, baud_rates_to};
-use armbridge_servo::{Firmware, JOINTS, ServoId};
+use armbridge_servo::{Firmware, ServoIds};
 use discovery::Discovery;
 use force_off::ForceOff;
 use health_poll::HealthPoll;
@@ -96,7 +96,7 @@ use stop_plan::{Speeds, StopPlan, add_speed};
 /// See the [module](self).
 pub struct BusSequencer<B> {
     master: Master<B>,
-    ids: [ServoId; JOINTS],
+    ids: ServoIds,
     state: State,
     permission: Permission,
     /// Stops that precede every other packet.
@@ -126,7 +126,7 @@ pub struct BusSequencer<B> {
 impl<B: Bus> BusSequencer<B> {
     /// A sequencer for servos with these ids, joint by joint, that begins with the stop
     /// sequence.
-    pub fn new(bus: B, ids: [ServoId; JOINTS], now_us: u64) -> Self {
+    pub fn new(bus: B, ids: ServoIds, now_us: u64) -> Self {
         Self {
             master: Master::new(bus, ids),
             ids,
@@ -134,10 +134,10 @@ impl<B: Bus> BusSequencer<B> {
             permission: Permission::Search,
             stops: StopPlan::default(),
             client_speeds: Speeds::new(),
-            discovery: Discovery::new(baud_rates_to(B::BAUD_MAX)),
+            discovery: Discovery::new(baud_rates_to(B::BAUD_MAX), ids.len()),
             setup: ServoSetup::default(),
             health: HealthPoll::default(),
-            off: ForceOff::default(),
+            off: ForceOff::new(ids.len()),
             owner: None,
             is_planned_stop: false,
             is_tapping: false,
@@ -157,6 +157,11 @@ impl<B: Bus> BusSequencer<B> {
     /// Whether each tick has an exchange.
     pub fn is_ticking(&self) -> bool {
         matches!(self.state, State::ForceOff | State::Drive)
+    }
+
+    /// The servos under control.
+    pub fn servos(&self) -> ServoIds {
+        self.ids
     }
 
     /// Whether no transaction is under way.
@@ -248,7 +253,7 @@ impl<B: Bus> BusSequencer<B> {
             }
             (State::Passthrough, _) => self.end_passthrough(),
             (State::ForceOff | State::Drive, Permission::Search) => {
-                self.off = ForceOff::default();
+                self.off = ForceOff::new(self.ids.len());
                 self.search();
             }
         }
@@ -293,9 +298,18 @@ impl<B: Bus> BusSequencer<B> {
         self.stops = StopPlan::new(likely, others);
     }
 
+    /// Searches for other servos from now on.
+    pub(crate) fn set_servos(&mut self, ids: ServoIds) {
+        self.ids = ids;
+        self.off = ForceOff::new(ids.len());
+        if self.state != State::Passthrough {
+            self.search();
+        }
+    }
+
     /// Begins a search.
     fn search(&mut self) {
-        self.discovery.rewind();
+        self.discovery = Discovery::new(baud_rates_to(B::BAUD_MAX), self.ids.len());
         self.state = State::Search(SearchStep::Stop);
         self.next_us = self.now_us;
         if !self.client_speeds.is_empty() {

@@ -18,7 +18,7 @@
 use super::servo_settings::{RegisterImage, ServoSettings};
 use super::setup_step::{RegisterAccess, SavedConfig, SetupGoal, SetupStep, Step};
 use armbridge_servo::master::timing::CONTROL_STEP_US;
-use armbridge_servo::{Firmware, JOINTS, Query, ServoId};
+use armbridge_servo::{Firmware, JOINTS, Query, ServoIds};
 
 /// Time without requests after a write to a servo's EEPROM, in µs. The e-Manual
 /// does not specify it; an `ATmega8`, which AX-12A have had, takes
@@ -46,7 +46,7 @@ pub(super) struct ServoSetup {
 }
 
 impl ServoSetup {
-    /// The first request from this step on, with its step.
+    /// The first request from this step on, with its step; joints without a servo have none.
     ///
     /// # Errors
     /// The goal, if no step with a request is left.
@@ -54,12 +54,11 @@ impl ServoSetup {
         &self,
         mut step: SetupStep,
         firmware: Firmware,
-        ids: [ServoId; JOINTS],
+        ids: ServoIds,
     ) -> Result<(SetupStep, Query), SetupGoal> {
         loop {
-            let id = ids.get(step.joint).map_or(0, |id| id.get());
-            let access = self.access(step, firmware);
-            if let Some(query) = access.and_then(|access| access.query(firmware, id)) {
+            let servo = ids.get(step.joint).zip(self.access(step, firmware));
+            if let Some(query) = servo.and_then(|(id, access)| access.query(firmware, id.get())) {
                 return Ok((step, query));
             }
             step = step.after().ok_or(step.goal)?;
@@ -172,7 +171,7 @@ mod tests {
         servos: &mut [[u8; 50]; JOINTS],
         is_lost: impl Fn(usize) -> bool,
     ) -> (Vec<(usize, u16)>, Progress) {
-        let ids = [1, 2].map(|id| ServoId::new(id).unwrap());
+        let ids = ServoIds::from([1, 2].map(|id| armbridge_servo::ServoId::new(id).unwrap()));
         let (mut setup, mut writes) = (ServoSetup::default(), Vec::new());
         let mut end = Progress::Done(SetupGoal::Read);
         for first in [SetupStep::READ, SetupStep::PREPARE] {

@@ -74,6 +74,8 @@ impl<B: Bus> BusSequencer<B> {
     }
 
     fn begin_search_step(&mut self, step: SearchStep) -> Option<BusEvent> {
+        // Not busy: idle was checked before.
+        let _ = self.master.set_servos(self.ids);
         let transaction = match step {
             SearchStep::Stop => {
                 self.master.set_prepared(false);
@@ -144,7 +146,7 @@ impl<B: Bus> BusSequencer<B> {
                 self.finish_ping(next)
             }
             (Transaction::Start, State::Search(SearchStep::Start)) => {
-                match first_missing(outcome.samples) {
+                match first_missing(outcome.samples, self.ids.len()) {
                     Some((joint, missing)) => self.absent(joint, missing),
                     None => self.line_up(),
                 }
@@ -272,10 +274,11 @@ impl<B: Bus> BusSequencer<B> {
     }
 }
 
-fn first_missing(samples: [Sample; JOINTS]) -> Option<(usize, Missing)> {
+fn first_missing(samples: [Sample; JOINTS], servos: usize) -> Option<(usize, Missing)> {
     samples
         .into_iter()
         .enumerate()
+        .take(servos)
         .find_map(|(joint, sample)| match sample {
             Sample::Missing(missing) => Some((joint, missing)),
             Sample::Counts(_) => None,

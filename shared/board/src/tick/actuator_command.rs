@@ -88,6 +88,16 @@ pub(super) fn limit(
         commands_with_pwm(&control.joints, demand.exact_pwm, torque_nm, pwm_max)
     };
     let [a, b] = commands.ok_or(Violation::plain(Fault::NotFinite))?;
+    let b = if config.joints() < JOINTS {
+        // No servo of ours.
+        Command {
+            pwm: Pwm::OFF,
+            torque_nm: 0.0,
+            is_limited: false,
+        }
+    } else {
+        b
+    };
     let is_limited = a.is_limited || b.is_limited;
     monitors.note_pwm(&config.monitors, is_limited)?;
     let command = ActuatorCommand {

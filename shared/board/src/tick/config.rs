@@ -81,6 +81,8 @@ pub struct LoopConfig {
 pub struct ControlConfig {
     period_us: NonZeroU32,
     pub(super) arm: Parameters<f32>,
+    /// Number of joints, that of `arm`.
+    pub(super) joint_count: usize,
     pub(super) joints: [Joint<f32>; JOINTS],
     pub(super) estimator: Estimator<f32>,
     /// Whether the estimator's model has dry friction and so gets the whole torque.
@@ -135,9 +137,15 @@ impl LoopConfig {
         Self::from_parts(&self.control, limits)
     }
 
-    /// Whether the servos' calibration is that of `control`.
+    /// Whether the servos, their number and their calibration, are those of `control`.
     pub(crate) fn has_joints(&self, control: &ControlConfig) -> bool {
-        self.control.joints == control.joints
+        self.control.joints == control.joints && self.joints() == control.joint_count
+    }
+
+    /// Number of joints, and of servos.
+    #[inline]
+    pub fn joints(&self) -> usize {
+        self.control.joint_count
     }
 
     /// Tick period in µs.
@@ -148,7 +156,8 @@ impl LoopConfig {
     /// The first joint whose calibration is of another encoder.
     pub fn joint_of_other(&self, encoder: Encoder) -> Option<u8> {
         let is_other = |joint: &Joint<f32>| joint.encoder() != Some(encoder);
-        let joint = self.control.joints.iter().position(is_other);
+        let mut joints = self.control.joints.iter().take(self.joints());
+        let joint = joints.position(is_other);
         joint.map(|joint| joint as u8)
     }
 
@@ -252,6 +261,7 @@ impl ControlConfig {
         let mut config = Self {
             period_us,
             arm,
+            joint_count: arm.joints(),
             joints: setup.joints,
             estimator,
             knows_friction,
@@ -284,6 +294,7 @@ impl ControlConfig {
             0 => {
                 self.period_us.get().check(&mut sum);
                 self.arm.check(&mut sum);
+                (self.joint_count as u32).check(&mut sum);
                 self.joints.check(&mut sum);
                 self.fade.check(&mut sum);
             }

@@ -83,7 +83,7 @@ impl ControlLoop {
     /// Reason against arming: an encoder whose noise is not known yet, above all one without
     /// samples, or a joint beyond its angle limit.
     pub fn encoder_refusal(&self, config: &LoopConfig) -> Option<Refusal> {
-        let unknown = self.monitors.unknown_encoder();
+        let unknown = self.monitors.unknown_encoder(config.joints());
         let unknown = unknown.map(|joint| Refusal::EncoderUnknown { joint });
         unknown.or_else(|| {
             let beyond = config.monitors.beyond_limit(self.state.q.into());
@@ -92,8 +92,8 @@ impl ControlLoop {
     }
 
     /// Whether the last check of the motors, which has passed, need not be repeated.
-    pub fn is_motor_check_conclusive(&self) -> bool {
-        self.motor_check.is_conclusive()
+    pub fn is_motor_check_conclusive(&self, config: &LoopConfig) -> bool {
+        self.motor_check.is_conclusive(config.joints())
     }
 
     /// Before motors may be driven: clears the command, begins the motor check anew, and restarts
@@ -216,6 +216,7 @@ impl ControlLoop {
         request: &DriveRequest,
         now: Instant,
     ) -> Result<(), Refusal> {
+        request.check_joints(config.joints())?;
         match *request {
             DriveRequest::Torque(torque_nm) => {
                 self.begin_drive(now);

@@ -162,10 +162,10 @@ impl MotorCheck {
             self.acted_nm = Vector2::zeros();
         }
         if let Some((joint, moved_rad)) = is_far {
-            return self.far(joint, moved_rad, mass);
+            return self.far(joint, moved_rad, mass, input.arm.joints());
         }
         if self.tick == pattern.ticks {
-            match self.conclude(mass) {
+            match self.conclude(mass, input.arm.joints()) {
                 Outcome::Step(step) => return step,
                 Outcome::Repeat { factor } => {
                     *self = Self {
@@ -183,18 +183,18 @@ impl MotorCheck {
         CheckStep::Torque(self.gravity_nm + torque_nm * sign)
     }
 
-    /// Whether the check has moved both joints, by enough torque to tell them apart.
-    pub(super) fn is_conclusive(&self) -> bool {
-        let mut responses = self.responses.iter();
+    /// Whether the check has moved each of so many joints, by enough torque to tell them apart.
+    pub(super) fn is_conclusive(&self, joints: usize) -> bool {
+        let mut responses = self.responses.iter().take(joints);
         responses.all(|response| response.is_conclusive() && response.ratio() > MOVED)
     }
 
     /// The outcome of an attempt: a joint that does not move, or joints that look swapped, are
     /// tested twice.
-    fn conclude(&self, mass: Vector2<f32>) -> Outcome {
+    fn conclude(&self, mass: Vector2<f32>, joints: usize) -> Outcome {
         let ratios = self.responses.each_ref().map(Response::ratio);
         let is_first = self.repeated.is_none();
-        for (joint, ratio) in (0..).zip(ratios) {
+        for (joint, ratio) in (0..).zip(ratios).take(joints) {
             if ratio < -MOVED {
                 return Outcome::failed(Violation {
                     fault: Fault::MotorDirection,
@@ -204,7 +204,7 @@ impl MotorCheck {
                 });
             }
         }
-        for ((joint, ratio), response) in (0..).zip(ratios).zip(&self.responses) {
+        for ((joint, ratio), response) in (0..).zip(ratios).zip(&self.responses).take(joints) {
             // NaN is no motion.
             let has_moved = ratio > MOVED;
             if !has_moved && is_first {
@@ -225,7 +225,7 @@ impl MotorCheck {
             }
         }
         let [first, second] = ratios;
-        match self.assignment([first, second], mass) {
+        match self.assignment(ratios, mass, joints) {
             Assignment::Unclear | Assignment::Swapped if is_first => {
                 Outcome::Repeat { factor: 1.0 }
             }
@@ -239,8 +239,13 @@ impl MotorCheck {
     }
 
     /// Which joints the servos move, if the torque was enough to tell.
-    fn assignment(&self, [first, second]: [f32; JOINTS], mass: Vector2<f32>) -> Assignment {
-        if self.responses.iter().all(Response::is_conclusive) {
+    fn assignment(
+        &self,
+        [first, second]: [f32; JOINTS],
+        mass: Vector2<f32>,
+        joints: usize,
+    ) -> Assignment {
+        if joints == JOINTS && self.responses.iter().all(Response::is_conclusive) {
             assignment(first, second, mass)
         } else {
             Assignment::Right
@@ -248,12 +253,12 @@ impl MotorCheck {
     }
 
     /// The outcome of a joint that has moved too far: what the samples until then show.
-    fn far(&self, joint: usize, moved_rad: f32, mass: Vector2<f32>) -> CheckStep {
-        let [first, second] = self.responses.each_ref().map(Response::ratio);
+    fn far(&self, joint: usize, moved_rad: f32, mass: Vector2<f32>, joints: usize) -> CheckStep {
+        let ratios = self.responses.each_ref().map(Response::ratio);
         let fault = if self.responses.iter().any(|it| it.direction() < -MOVED) {
             Fault::MotorDirection
-        } else if first > MOVED && second > MOVED {
-            match self.assignment([first, second], mass) {
+        } else if ratios.iter().take(joints).all(|ratio| *ratio > MOVED) {
+            match self.assignment(ratios, mass, joints) {
                 Assignment::Right => return CheckStep::Passed,
                 Assignment::Unclear => Fault::ExternalTorque,
                 Assignment::Swapped => Fault::JointsSwapped,

@@ -97,7 +97,7 @@ impl ControlLoop {
         if !self.source.rest.is_some_and(|rest| rest.is_long(acts_us)) {
             return None;
         }
-        if joint + 1 == JOINTS {
+        if joint + 1 == config.joints() {
             return Some(Fallback::Parked);
         }
         self.lower(joint + 1, estimated, acts_us);
@@ -107,7 +107,10 @@ impl ControlLoop {
     /// The reference is at rest: begins the motion to the pose or, in it, to lower the arm.
     fn leave_rest(&mut self, config: &LoopConfig, estimated: &Estimated, acts_us: u64) {
         let here = self.source.reference.at(acts_us).q;
-        let pose = config.limits().park_rad().map_or(here, Vector2::from);
+        let mut pose = config.limits().park_rad().map_or(here, Vector2::from);
+        if config.joints() < JOINTS {
+            pose.y = here.y;
+        }
         let distance_rad = (pose - here).amax();
         let is_moving = distance_rad > POSE_RAD && {
             let move_s = (QUINTIC_PEAK * distance_rad / MOVE_RAD_S).max(MOVE_MIN_S);

@@ -3,7 +3,8 @@
 //!
 //! Angles have the sign of the arm's model ([`armbridge_control::arm`]), and torques that of the
 //! angles; the sign of a servo that is mounted the other way is in its calibration
-//! ([`Joint`](armbridge_control::actuator::Joint)). A missing sample is `None`, never a number.
+//! ([`Joint`](armbridge_control::actuator::Joint)). A missing sample is `None`, never a number. A
+//! joint that the arm does not have rests at 0.
 
 use super::actuator_command::ActuatorCommand;
 use super::config::ControlConfig;
@@ -47,10 +48,15 @@ impl Sensed {
             ActuatorCommand::OFF
         };
         let counts = input.samples.map(Sample::counts);
+        let mut missing = input.samples.map(Sample::missing);
+        let mut measured_rad = config.angles(counts);
+        if config.joint_count < JOINTS {
+            (missing[1], measured_rad[1]) = (None, Some(0.0));
+        }
         Self {
             counts,
-            missing: input.samples.map(Sample::missing),
-            measured_rad: config.angles(counts),
+            missing,
+            measured_rad,
             is_alarmed: input.alarms.map(switches_off),
             in_force,
             torque_nm: in_force.total_nm(),

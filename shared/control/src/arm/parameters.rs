@@ -2,6 +2,7 @@
 
 use crate::check_word::{CheckWord, Checked, checked};
 use crate::real::Real;
+use armbridge_servo::JOINTS;
 #[cfg(feature = "postcard")]
 use postcard::experimental::max_size::MaxSize;
 #[cfg(feature = "postcard")]
@@ -174,6 +175,19 @@ impl<T: Real> Parameters<T> {
             && inertias.iter().all(|i| within(*i, 0.0, 1.0))
             && within(self.b1, 0.0, 10.0)
             && within(self.b2, 0.0, 10.0)
+    }
+
+    /// Number of joints: two, or one without link 2, which has neither length nor mass then.
+    ///
+    /// Equation (1) is that of a pendulum in this case, and joint 2 an axis by itself, with inertia
+    /// and viscous friction but without gravity: it rests at 0, and no motor moves it.
+    #[inline]
+    pub fn joints(&self) -> usize {
+        if self.l2 == T::zero() && self.m2 == T::zero() {
+            1
+        } else {
+            JOINTS
+        }
     }
 
     /// Weight of each joint in N m: its largest gravity torque.

@@ -1,10 +1,10 @@
 //! Settings of the bus line: firmware, speed and set-up state of the servos.
 
 use super::{Busy, Master};
-use crate::Firmware;
 use crate::bus::Bus;
 use crate::exchange::Readiness;
 use crate::master::timing::tick_us;
+use crate::{Firmware, ServoIds};
 
 impl<B: Bus> Master<B> {
     /// Sets the firmware of the servos and the speed of the line.
@@ -21,6 +21,18 @@ impl<B: Bus> Master<B> {
             self.bus.set_baud(baud);
         }
         self.note_least_period();
+        Ok(())
+    }
+
+    /// Sets the servos under control, which have to be searched for.
+    ///
+    /// # Errors
+    /// [`Busy`] while a transaction is under way.
+    pub fn set_servos(&mut self, ids: ServoIds) -> Result<(), Busy> {
+        if !self.is_idle() {
+            return Err(Busy);
+        }
+        self.line.ids = ids;
         Ok(())
     }
 

@@ -96,7 +96,7 @@ pub use receiver::Payload;
 use super::bus::{Bus, SEND_MAX, Transmission};
 use super::exchange::{GUARD_US, Line};
 use super::port::bytes_us;
-use super::{Alarms, Firmware, Missing, Sample, ServoId};
+use super::{Alarms, Firmware, Missing, Sample, ServoIds};
 use crate::{JOINTS, Pwm};
 use core::convert::Infallible;
 use echo::Echo;
@@ -169,11 +169,11 @@ pub struct Master<B> {
 impl<B: Bus> Master<B> {
     /// A master for Morpheus servos at 1 Mbaud with these ids, joint by joint. The line is
     /// released at once.
-    pub fn new(bus: B, ids: [ServoId; JOINTS]) -> Self {
+    pub fn new(bus: B, ids: impl Into<ServoIds>) -> Self {
         let mut master = Self {
             bus,
             line: Line {
-                ids,
+                ids: ids.into(),
                 firmware: Firmware::Morpheus,
                 baud: super::port::BAUD_RATES[0],
                 available_us: u32::MAX,
@@ -357,7 +357,7 @@ impl<B: Bus> Master<B> {
             Transaction::Drive(_)
             | Transaction::HoldOff
             | Transaction::StopWedged { .. }
-            | Transaction::Start => JOINTS - 1,
+            | Transaction::Start => self.line.ids.len() - 1,
             Transaction::Stop | Transaction::BriefStop => return None,
         };
         self.line.ids.get(joint).map(|id| id.get())

@@ -2,10 +2,10 @@
 //! replies.
 
 use super::super::dispatch::ReplyParser;
-use super::super::exchange::{ExpectedReplies, ReplyContent};
+use super::super::exchange::{ExpectedReplies, Line, ReplyContent};
 use super::super::protocol::{PacketError, Reply};
 use super::super::protocol2;
-use super::super::{Alarms, ExpectedReply, Firmware, Missing, Sample, ServoId};
+use super::super::{Alarms, ExpectedReply, Firmware, Missing, Sample, ServoIds};
 use crate::JOINTS;
 use heapless::Vec;
 
@@ -50,6 +50,8 @@ struct Replies {
     firmware: Firmware,
     /// Position of each joint, or 0 for the reply to a ping.
     answers: [Option<u16>; JOINTS],
+    /// Servos that are asked, where all are; the answers of the others are not awaited.
+    servos: usize,
     /// Alarms in all replies of each addressed servo, with or without a position.
     alarms: [Alarms; JOINTS],
     reply: Option<Payload>,
@@ -67,6 +69,7 @@ impl Default for Receiver {
                 expected: nothing,
                 firmware: Firmware::Morpheus,
                 answers: [None; JOINTS],
+                servos: JOINTS,
                 alarms: [Alarms::NONE; JOINTS],
                 reply: None,
                 fault: RxFault::NoBytes,
@@ -76,12 +79,12 @@ impl Default for Receiver {
 }
 
 impl Receiver {
-    /// Begins a window for these replies of servos with this firmware.
-    pub(super) fn begin(&mut self, expected: ExpectedReplies, firmware: Firmware) {
+    /// Begins a window for these replies of the servos on the line.
+    pub(super) fn begin(&mut self, expected: ExpectedReplies, line: &Line) {
         let firmware = match expected {
             ExpectedReplies::Chain(_) => Firmware::Morpheus,
             ExpectedReplies::Servo(..) | ExpectedReplies::Fast | ExpectedReplies::Request(_) => {
-                firmware
+                line.firmware
             }
         };
         self.parser = match expected {
@@ -93,14 +96,18 @@ impl Receiver {
         let replies = &mut self.replies;
         replies.expected = expected;
         replies.firmware = firmware;
+        replies.servos = line.ids.len();
         replies.answers = [None; JOINTS];
+        for absent in replies.answers.iter_mut().skip(replies.servos) {
+            *absent = Some(0);
+        }
         replies.alarms = [Alarms::NONE; JOINTS];
         replies.reply = None;
         replies.fault = RxFault::NoBytes;
     }
 
     /// Takes received bytes that are not our echo.
-    pub(super) fn push(&mut self, mut bytes: &[u8], ids: [ServoId; JOINTS]) {
+    pub(super) fn push(&mut self, mut bytes: &[u8], ids: ServoIds) {
         // Found by its parts, which have CRCs of their own.
         let is_fast = self.replies.expected == ExpectedReplies::Fast;
         while let Some((first, rest)) = bytes.split_first() {
@@ -158,7 +165,7 @@ impl Receiver {
         let expected_bytes = match self.replies.expected {
             ExpectedReplies::Servo(_, answer) => bytes(answer),
             ExpectedReplies::Chain(answer) => missing.count() * bytes(answer),
-            ExpectedReplies::Fast => firmware.tick_reply_max(),
+            ExpectedReplies::Fast => protocol2::positions_bytes(self.replies.servos),
             ExpectedReplies::Request(expected) => expected.reply_bytes.into(),
         };
         expected_bytes
@@ -167,7 +174,7 @@ impl Receiver {
     }
 
     /// Takes the whole parts of a fast status packet that a silent servo has left without its end.
-    pub(super) fn take_begun_parts(&mut self, ids: [ServoId; JOINTS]) {
+    pub(super) fn take_begun_parts(&mut self, ids: ServoIds) {
         if self.replies.expected == ExpectedReplies::Fast && !self.is_complete() {
             self.replies.take_parts(self.parser.bytes(), ids);
         }
@@ -199,7 +206,7 @@ impl Receiver {
         };
         let answers = self.replies.answers.into_iter().zip(self.replies.alarms);
         let joints = samples.iter_mut().zip(alarms).zip(answers).enumerate();
-        for (joint, ((sample, slot), (answer, alarms))) in joints {
+        for (joint, ((sample, slot), (answer, alarms))) in joints.take(self.replies.servos) {
             if only.is_none_or(|only| only == joint) {
                 *sample = answer.map_or_else(|| Sample::Missing(missing()), Sample::Counts);
                 *slot = alarms;
@@ -212,7 +219,7 @@ impl Receiver {
         let bytes = self.parser.bytes_held();
         // The servos after the last whole part of a fast status packet are silent.
         let is_fast = self.replies.expected == ExpectedReplies::Fast;
-        bytes > 0 && !(is_fast && protocol2::ends_with_part(bytes))
+        bytes > 0 && !(is_fast && protocol2::ends_with_part(bytes, self.replies.servos))
     }
 
     /// The reply to the packet of [`super::Transaction::Request`], if it came.
@@ -233,7 +240,7 @@ impl Replies {
     }
 
     /// Takes an intact packet: a reply, or `None` for what no servo would send.
-    fn take(&mut self, reply: Option<Reply<'_>>, ids: [ServoId; JOINTS]) {
+    fn take(&mut self, reply: Option<Reply<'_>>, ids: ServoIds) {
         let accepted = reply.and_then(|reply| self.accept_reply(&reply, ids));
         if accepted.is_none() {
             self.note_fault(RxFault::UnexpectedReply);
@@ -241,12 +248,12 @@ impl Replies {
     }
 
     /// Takes the whole parts of a fast status packet, as far as it has come.
-    fn take_parts(&mut self, packet: &[u8], ids: [ServoId; JOINTS]) {
+    fn take_parts(&mut self, packet: &[u8], ids: ServoIds) {
         for part in protocol2::position_parts(packet) {
             let Ok(part) = part else {
                 return self.note_fault(RxFault::BadChecksum);
             };
-            let joint = ids.iter().position(|id| id.get() == part.id);
+            let joint = ids.joint(part.id);
             let slots = joint.and_then(|joint| {
                 Some((self.answers.get_mut(joint)?, self.alarms.get_mut(joint)?))
             });
@@ -260,8 +267,8 @@ impl Replies {
     }
 
     /// Takes a reply; `None` if it is not expected.
-    fn accept_reply(&mut self, reply: &Reply, ids: [ServoId; JOINTS]) -> Option<()> {
-        let joint = ids.iter().position(|id| id.get() == reply.id);
+    fn accept_reply(&mut self, reply: &Reply, ids: ServoIds) -> Option<()> {
+        let joint = ids.joint(reply.id);
         let (joint, answer) = match self.expected {
             ExpectedReplies::Request(expected) if expected.id != reply.id => return None,
             ExpectedReplies::Request(_) => {

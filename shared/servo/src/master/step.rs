@@ -8,33 +8,28 @@ use super::{DRAIN_MAX, Master, Phase};
 impl<B: Bus> Master<B> {
     /// Enters the next step, or ends the transaction.
     pub(super) fn enter_step(&mut self, now_us: u64) {
-        match self.take_step() {
+        let step = self.transaction.step(self.next_step, &self.line);
+        self.next_step += 1;
+        match &step {
             Some(Step::Send(packet)) => {
-                self.set_outgoing(&packet);
+                self.set_outgoing(packet);
                 self.send(now_us);
             }
             Some(Step::SendRequest) => self.send(now_us),
             Some(Step::Repeat(byte, count)) => {
                 self.outgoing.clear();
-                let count = usize::from(count).min(self.outgoing.capacity());
+                let count = usize::from(*count).min(self.outgoing.capacity());
                 // There is room.
-                let _ = self.outgoing.resize(count, byte);
+                let _ = self.outgoing.resize(count, *byte);
                 self.send(now_us);
             }
-            Some(wait @ (Step::Pause { .. } | Step::Listen(..))) => self.wait(&wait, now_us),
+            Some(wait @ (Step::Pause { .. } | Step::Listen(..))) => self.wait(wait, now_us),
             None => {
                 self.bus.release();
                 self.echo.classify_bus();
                 self.phase = Phase::Idle;
             }
         }
-    }
-
-    /// The next step, which is entered now.
-    fn take_step(&mut self) -> Option<Step> {
-        let step = self.transaction.step(self.next_step, &self.line);
-        self.next_step += 1;
-        step
     }
 
     /// Enters a step that begins at `from_us` and sends nothing.
@@ -47,7 +42,7 @@ impl<B: Bus> Master<B> {
                 };
             }
             Step::Listen(expected, window_us) => {
-                self.receiver.begin(expected, self.line.firmware);
+                self.receiver.begin(expected, &self.line);
                 self.phase = Phase::Listening {
                     until_us: from_us + window_us,
                 };
@@ -81,10 +76,10 @@ impl<B: Bus> Master<B> {
             },
         };
         if let (true, Some(wait @ (Step::Pause { .. } | Step::Listen(..)))) =
-            (B::RELEASES_BY_ITSELF, next)
+            (B::RELEASES_BY_ITSELF, &next)
         {
             self.next_step += 1;
-            self.wait(&wait, self.active_us);
+            self.wait(wait, self.active_us);
         }
     }
 

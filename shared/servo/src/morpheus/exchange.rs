@@ -64,11 +64,12 @@ impl Exchange for Morpheus {
         match transaction {
             Transaction::Start => start(index, line),
             Transaction::Drive([a, b]) => {
-                let [id_a, id_b] = line.ids;
+                let [id_a, id_b] = line.ids.filled();
+                let b = if line.ids.len() < JOINTS { a } else { b };
                 tick(index, Request::Drive([(id_a, a), (id_b, b)]), line)
             }
             Transaction::HoldOff => {
-                let off = line.ids.map(|id| (id, Pwm::OFF));
+                let off = line.ids.filled().map(|id| (id, Pwm::OFF));
                 tick(index, Request::Drive(off), line)
             }
             Transaction::StopWedged {

@@ -21,7 +21,7 @@ use super::{BROADCAST, Instruction, Protocol1, register, torque_off};
 use crate::exchange::{Exchange, ExpectedReplies, GUARD_US, Line, Readiness, ReplyContent, Step};
 use crate::port::bytes_us;
 use crate::transaction::Transaction;
-use crate::{JOINTS, Packet, Pwm, ServoId};
+use crate::{JOINTS, Packet, Pwm, ServoIds};
 
 /// Return delay that bring-up gives to stock servos. With the 22 µs they take
 /// themselves a status packet begins 42 µs after the READ: just late enough for
@@ -99,7 +99,7 @@ impl Exchange for Protocol1 {
 fn hold_off(index: u8, line: &Line) -> Option<Step> {
     let joint = usize::from(index / 5);
     match index % 5 {
-        _ if joint >= JOINTS => None,
+        _ if joint >= line.ids.len() => None,
         0 => Some(REST),
         1 => Some(Step::Send(torque_off())),
         step => position_step(joint, step - 2, line),
@@ -126,7 +126,7 @@ fn position_step(joint: usize, step: u8, line: &Line) -> Option<Step> {
 }
 
 /// `SYNC_WRITE` of the moving speed, in wheel mode the duty.
-fn speeds(ids: [ServoId; JOINTS], pwm: [Pwm; JOINTS]) -> Option<Packet> {
+fn speeds(ids: ServoIds, pwm: [Pwm; JOINTS]) -> Option<Packet> {
     let mut blocks: heapless::Vec<u8, { 3 * JOINTS }> = heapless::Vec::new();
     for (id, pwm) in ids.iter().zip(pwm) {
         let [low, high] = duty(pwm).to_le_bytes();

@@ -32,7 +32,7 @@ impl Protocol for Protocol2 {
     const OVERHEAD: usize = STATUS_OVERHEAD;
     const FRAME_MAX: usize = HEAD + u16::MAX as usize;
     const PONG_BYTES: u16 = STATUS_OVERHEAD as u16 + 3;
-    const TICK_REPLY_MAX: usize = FastStatus::packet_bytes(JOINTS, POSITION_BYTES as usize);
+    const TICK_REPLY_MAX: usize = positions_bytes(JOINTS);
     const BROADCAST: u8 = BROADCAST;
     const MASTER: Option<u8> = None;
     const MEMORY_BYTES: u16 = register::END;
@@ -261,10 +261,15 @@ pub(crate) fn position_parts(packet: &[u8]) -> impl Iterator<Item = Result<Part<
         .flatten()
 }
 
-/// Whether so many bytes of the reply to a tick's `FAST_SYNC_READ` end with the part of a servo:
-/// those after it are silent.
-pub(crate) fn ends_with_part(bytes: usize) -> bool {
-    (1..JOINTS).any(|servos| bytes == FastStatus::packet_bytes(servos, POSITION_BYTES.into()))
+/// Whether so many bytes of the reply of `servos` to a tick's `FAST_SYNC_READ` end with the part of
+/// a servo: those after it are silent.
+pub(crate) fn ends_with_part(bytes: usize, servos: usize) -> bool {
+    (1..servos).any(|servos| bytes == positions_bytes(servos))
+}
+
+/// Bytes of the reply of so many servos to a tick's `FAST_SYNC_READ`.
+pub(crate) const fn positions_bytes(servos: usize) -> usize {
+    FastStatus::packet_bytes(servos, POSITION_BYTES as usize)
 }
 
 fn query<const N: usize>(id: u8, instruction: &Instruction2, data: u16) -> Option<Query<N>> {

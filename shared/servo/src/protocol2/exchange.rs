@@ -20,7 +20,7 @@ use super::{BROADCAST, FastStatus, Instruction, Protocol2, model, register, torq
 use crate::exchange::{Exchange, ExpectedReplies, GUARD_US, Line, Readiness, Step};
 use crate::port::bytes_us;
 use crate::transaction::Transaction;
-use crate::{JOINTS, Packet, Pwm, ServoId};
+use crate::{JOINTS, Packet, Pwm, ServoId, ServoIds};
 
 /// Return delay that bring-up gives to X servos, with which a reply begins no sooner than that of
 /// an AX-12A: the direction pin is lowered within 40 µs.
@@ -93,7 +93,7 @@ fn reply_us(baud: u32, readiness: Readiness) -> u64 {
 }
 
 /// `SYNC_WRITE` of the goal PWM.
-fn goals(ids: [ServoId; JOINTS], pwm: [Pwm; JOINTS]) -> Option<Packet> {
+fn goals(ids: ServoIds, pwm: [Pwm; JOINTS]) -> Option<Packet> {
     let mut blocks: heapless::Vec<u8, { 3 * JOINTS }> = heapless::Vec::new();
     for (id, pwm) in ids.iter().zip(pwm) {
         let [low, high] = duty(pwm).to_le_bytes();
@@ -108,11 +108,12 @@ fn goals(ids: [ServoId; JOINTS], pwm: [Pwm; JOINTS]) -> Option<Packet> {
 }
 
 /// `FAST_SYNC_READ` of the present position.
-fn positions(ids: [ServoId; JOINTS]) -> Option<Packet> {
+fn positions(ids: ServoIds) -> Option<Packet> {
+    let each = ids.filled().map(ServoId::get);
     let read = Instruction::FastSyncRead {
         address: register::PRESENT_POSITION,
         count: POSITION_BYTES,
-        ids: &ids.map(ServoId::get),
+        ids: each.get(..ids.len())?,
     };
     read.encode(BROADCAST)
 }
@@ -130,7 +131,7 @@ mod tests {
 
     #[test]
     fn a_tick_is_as_long_as_its_table_says() {
-        let ids = [1, 2].map(|id| ServoId::new(id).unwrap());
+        let ids = ServoIds::from([1, 2].map(|id| ServoId::new(id).unwrap()));
         let goals = goals(ids, [Pwm::new(2_000).unwrap(), Pwm::new(999).unwrap()]).unwrap();
         assert_eq!(goals.len(), GOALS_BYTES as usize);
         // 885 and -1.

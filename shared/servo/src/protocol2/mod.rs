@@ -65,7 +65,7 @@ pub mod register;
 mod status;
 
 pub use super::protocol::PacketError;
-pub(super) use codec::{ends_with_part, position_parts, torque_off};
+pub(super) use codec::{ends_with_part, position_parts, positions_bytes, torque_off};
 pub use exchange::RETURN_DELAY_US;
 pub use fast_status::{FastStatus, Part, PartError};
 pub use frame::{BROADCAST, Frame, Parser, Protocol2};

@@ -40,7 +40,7 @@ pub(super) fn check(protocol: Firmware, packet: &[u8]) {
     may_drive(&request);
     let controlled = CONTROLLED.map(|id| ServoId::new(id).expect("an id"));
     for bus in Firmware::ALL {
-        match decide(bus, controlled, SAMPLES, &request) {
+        match decide(bus, controlled.into(), SAMPLES, &request) {
             Verdict::Query(pending) => {
                 assert_eq!(bus, protocol, "{packet:02x?}");
                 for budget_us in BUDGETS_US {

@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 
 use armbridge_client::enum_names;
-use armbridge_link::message::{Missing, Record, Sample, Timing};
+use armbridge_link::message::{Missing, Record, Timing};
 use armbridge_servo::JOINTS;
 
 /// Ticks whose timing is kept.
@@ -39,7 +39,7 @@ impl Bus {
     /// Takes a tick.
     pub fn take(&mut self, record: &Record) {
         for (joint, sample) in record.input.samples.into_iter().enumerate() {
-            if let Sample::Missing(missing) = sample
+            if let Some(missing) = sample.lost()
                 && let Some(kind) = enum_names::MISSING.iter().position(|kind| *kind == missing)
             {
                 self.missing[joint][kind] += 1;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use armbridge_client::enum_names;
 use armbridge_client::event::{Event, EventKind};
-use armbridge_link::message::{Mode, Record, Sample, ToBoard, ToHost, Trip};
+use armbridge_link::message::{Mode, Record, ToBoard, ToHost, Trip};
 
 use super::{FaultInfo, Gap, LISTED_MAX};
 use crate::clock_sync::Envelope;
@@ -95,7 +95,7 @@ impl EventCounts {
         self.clocks.add(host_ns, record.input.start_us);
         if enum_names::is_up(record.mode) {
             for sample in record.input.samples {
-                if let Sample::Missing(kind) = sample {
+                if let Some(kind) = sample.lost() {
                     *self
                         .missing_samples
                         .entry(enum_names::missing(kind))

@@ -49,6 +49,7 @@ pub const PLANTS: &[BuiltinPlant] = plants![
     "dead-zone",
     "heavy",
     "late",
+    "pendulum",
     "rough",
     "weak-motor",
     "xl330",

@@ -102,7 +102,7 @@ impl Core {
             Fallback::Parked => Event::Parked,
         });
         self.are_motors_checked |=
-            events.are_motors_checked && self.control_loop.is_motor_check_conclusive();
+            events.are_motors_checked && self.control_loop.is_motor_check_conclusive(&self.config);
         let checked = events.are_motors_checked.then_some(Event::MotorsChecked);
         for event in [fallback, checked].into_iter().flatten() {
             // Never refused.

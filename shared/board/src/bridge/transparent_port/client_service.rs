@@ -1,6 +1,5 @@
 //! Service of the transparent port's client in the idle slots of ticks.
 
-use super::super::SERVO_IDS;
 use super::super::app_core::{Core, TickSamples};
 use super::super::channels::{Mailbox, Notification};
 use super::{ClientLine, Progress as Answered, REPORT_US, TransparentPort, Verdict, policy};
@@ -125,7 +124,7 @@ impl TransparentPort<'_> {
             return;
         };
         let samples = sampled.samples.map(Sample::counts);
-        match policy::decide(sequencer.firmware(), SERVO_IDS, samples, request) {
+        match policy::decide(sequencer.firmware(), sequencer.servos(), samples, request) {
             Verdict::Query(pending) => {
                 let period_us = core.config().period_us().get();
                 let exchange_us = sampled.bus_us.saturating_sub(EXCHANGE_SPREAD_US);
@@ -136,7 +135,11 @@ impl TransparentPort<'_> {
                     self.pending = Some(pending);
                 } else {
                     // A servo that may be absent gives no answer.
-                    if SERVO_IDS.iter().any(|ours| ours.get() == pending.servo()) {
+                    if sequencer
+                        .servos()
+                        .iter()
+                        .any(|ours| ours.get() == pending.servo())
+                    {
                         self.send_to_client(&pending.refusal());
                     }
                     self.count(false);

@@ -47,12 +47,12 @@ mod verdict;
 pub use verdict::Verdict;
 
 use super::response::{Bytes, Responder};
-use armbridge_servo::{ClientRequest, Firmware, JOINTS, ServoId};
+use armbridge_servo::{ClientRequest, Firmware, JOINTS, ServoIds};
 
 /// Decides on one packet.
 pub fn decide(
     bus: Firmware,
-    controlled: [ServoId; JOINTS],
+    controlled: ServoIds,
     samples: [Option<u16>; JOINTS],
     request: &ClientRequest,
 ) -> Verdict {

@@ -37,7 +37,7 @@ fn deaf_tick(off: &mut ForceOff, now_us: u64, samples: [Sample; JOINTS], left_us
 
 #[test]
 fn a_motor_is_off_when_it_is_seen_to_be() {
-    let mut off = ForceOff::default();
+    let mut off = ForceOff::new(JOINTS);
     off.begin(0, true);
     assert!(off.is_stop_due(0));
     off.note_stop(0);
@@ -61,7 +61,7 @@ fn a_motor_is_off_when_it_is_seen_to_be() {
 
 #[test]
 fn a_motor_that_reads_back_as_on_is_stopped_again_at_once() {
-    let mut off = ForceOff::default();
+    let mut off = ForceOff::new(JOINTS);
     off.begin(0, true);
     off.note_stop(0);
     for ms in 1..=2 {
@@ -75,7 +75,7 @@ fn a_motor_that_reads_back_as_on_is_stopped_again_at_once() {
 
 #[test]
 fn evidence_of_a_servo_that_was_silent_is_worth_nothing() {
-    let mut off = ForceOff::default();
+    let mut off = ForceOff::new(JOINTS);
     off.begin(0, true);
     for ms in 1..=4 {
         tick(&mut off, ms * 1_000, [HEARD; JOINTS], &OFF);
@@ -98,7 +98,7 @@ fn evidence_of_a_servo_that_was_silent_is_worth_nothing() {
 
 #[test]
 fn without_a_fault_the_ticks_are_given_time_first() {
-    let mut off = ForceOff::default();
+    let mut off = ForceOff::new(JOINTS);
     off.begin(0, false);
     for ms in 1..=5 {
         assert!(!off.is_stop_due(1_000_000), "too few ticks for the checks");
@@ -117,7 +117,7 @@ fn without_a_fault_the_ticks_are_given_time_first() {
 
 #[test]
 fn a_stop_follows_each_tick_that_a_servo_misses_if_ticks_are_rare() {
-    let mut off = ForceOff::default();
+    let mut off = ForceOff::new(JOINTS);
     off.begin(0, true);
     off.note_stop(7_000);
     // Heard, or at a kilohertz, it comes later.
@@ -137,7 +137,7 @@ fn a_stop_follows_each_tick_that_a_servo_misses_if_ticks_are_rare() {
 /// torque.
 #[test]
 fn ticks_with_long_periods_are_checked_first() {
-    let mut off = ForceOff::default();
+    let mut off = ForceOff::new(JOINTS);
     off.begin(0, false);
     for tick_us in [45_000, 90_000, 135_000, 180_000] {
         tick(&mut off, tick_us, [HEARD; JOINTS], &OFF);

@@ -205,9 +205,9 @@ impl Monitors {
         }
     }
 
-    /// The first joint whose encoder has not shown its noise.
-    pub(super) fn unknown_encoder(&self) -> Option<u8> {
-        let mut noise = (0..).zip(&self.noise);
+    /// The first of so many joints whose encoder has not shown its noise.
+    pub(super) fn unknown_encoder(&self, joints: usize) -> Option<u8> {
+        let mut noise = (0..).zip(&self.noise).take(joints);
         let unknown = noise.find(|(_, noise)| !noise.is_known());
         unknown.map(|(joint, _)| joint)
     }

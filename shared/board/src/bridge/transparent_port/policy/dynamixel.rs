@@ -5,7 +5,7 @@ use crate::bridge::transparent_port::request::{BusQuery, PendingRequest, Registe
 use crate::bridge::transparent_port::response::{Bytes, Responder};
 use armbridge_servo::protocol1::BROADCAST;
 use armbridge_servo::{
-    Alarms, ClientRequest, Instruction, JOINTS, ServoId, SyncBlocks, protocol1, protocol2,
+    Alarms, ClientRequest, Instruction, ServoIds, SyncBlocks, protocol1, protocol2,
 };
 
 /// Registers on which a verdict depends.
@@ -32,7 +32,7 @@ pub(super) const X: Registers = Registers {
 pub(super) fn decide(
     responder: Responder,
     registers: &Registers,
-    controlled: [ServoId; JOINTS],
+    controlled: ServoIds,
     request: &ClientRequest,
 ) -> Verdict {
     let id = request.destination;
@@ -71,7 +71,7 @@ pub(super) fn decide(
 /// Whether an instruction affects no servo under control.
 fn is_harmless(
     registers: &Registers,
-    controlled: [ServoId; JOINTS],
+    controlled: ServoIds,
     id: u8,
     instruction: Instruction,
 ) -> bool {

@@ -3,13 +3,13 @@
 use super::verdict::{Verdict, is_controlled};
 use crate::bridge::transparent_port::request::{BusQuery, PendingRequest, RegisterRead};
 use crate::bridge::transparent_port::response::{Bytes, Responder};
-use armbridge_servo::{Alarms, ClientRequest, Instruction, JOINTS, ServoId};
+use armbridge_servo::{Alarms, ClientRequest, Instruction, JOINTS, ServoId, ServoIds};
 use heapless::Vec;
 
 /// Decides on a packet for Morpheus servos.
 pub(super) fn decide(
     responder: Responder,
-    controlled: [ServoId; JOINTS],
+    controlled: ServoIds,
     samples: [Option<u16>; JOINTS],
     request: &ClientRequest,
 ) -> Verdict {
@@ -49,12 +49,12 @@ pub(super) fn decide(
 }
 
 /// Answer to CYCLE: the replies of the servos in the order of their ids.
-fn cycle(
-    responder: Responder,
-    controlled: [ServoId; JOINTS],
-    samples: [Option<u16>; JOINTS],
-) -> Bytes {
-    let mut servos: Vec<_, JOINTS> = controlled.into_iter().zip(samples).collect();
+fn cycle(responder: Responder, controlled: ServoIds, samples: [Option<u16>; JOINTS]) -> Bytes {
+    let mut servos: Vec<_, JOINTS> = Vec::new();
+    for pair in controlled.iter().zip(samples) {
+        // There is room for each joint's.
+        let _ = servos.push(pair);
+    }
     servos.sort_unstable_by_key(|(servo, _)| servo.get());
     let mut answers = Bytes::new();
     for (servo, counts) in &servos {

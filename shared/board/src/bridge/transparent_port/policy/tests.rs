@@ -16,7 +16,8 @@ const SAMPLES: [Option<u16>; 2] = [Some(643), Some(0x1F4)];
 const CLIENT: u8 = 0x64;
 
 fn decide_for(bus: Firmware, samples: [Option<u16>; 2], packet: &[u8]) -> Verdict {
-    let controlled = CONTROLLED.map(|id| ServoId::new(id).unwrap());
+    let controlled =
+        ServoIds::from(CONTROLLED.map(|id| armbridge_servo::ServoId::new(id).unwrap()));
     // As the framer knows packets: by their header.
     let protocol = if packet.first() == Some(&0xAA) {
         Firmware::Morpheus

@@ -2,7 +2,7 @@
 
 use crate::bridge::transparent_port::request::PendingRequest;
 use crate::bridge::transparent_port::response::Bytes;
-use armbridge_servo::{JOINTS, ServoId};
+use armbridge_servo::ServoIds;
 
 /// Treatment of a packet.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,6 +16,6 @@ pub enum Verdict {
 }
 
 /// Whether a servo of this id is under control.
-pub(super) fn is_controlled(controlled: [ServoId; JOINTS], id: u8) -> bool {
+pub(super) fn is_controlled(controlled: ServoIds, id: u8) -> bool {
     controlled.iter().any(|servo| servo.get() == id)
 }

@@ -136,7 +136,7 @@ fn an_encoder_is_unknown_until_it_has_given_samples() {
         for _ in 0..ticks {
             assert_eq!(fixture.check(seen), Ok(()));
         }
-        fixture.monitors.unknown_encoder()
+        fixture.monitors.unknown_encoder(armbridge_servo::JOINTS)
     };
     assert_eq!(unknown_after(&missing, 47), Some(0));
     assert_eq!(unknown_after(&missing, 1_000), Some(1));
