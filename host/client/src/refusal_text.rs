@@ -55,7 +55,8 @@ pub fn in_words(refusal: Refusal) -> String {
                 .into()
         }
         Refusal::Unprepared => {
-            "stock servos take no torque before they are set to wheel mode; prepare them first"
+            "the servos take no torque before they are set to wheel mode (X servos: PWM control mode); \
+             prepare them first"
                 .into()
         }
         Refusal::Passthrough => {

@@ -17,9 +17,9 @@ pub fn shipped() -> Setup {
 }
 
 /// The plan that ships, for a board with these settings.
-fn load(board: Option<Settings>) -> Scenario {
+fn load(board: Option<&Settings>) -> Scenario {
     let overrides = Overrides {
-        board,
+        board: board.copied(),
         ..Overrides::default()
     };
     Scenario::load("identify", &overrides).unwrap()
@@ -33,7 +33,7 @@ pub fn perform(setup: Setup, config: &PlantConfig, seed: u64) -> Vec<Record> {
         ..Limits::default()
     };
     let settings = Settings { setup, limits };
-    let mut plan = load(Some(settings)).plan;
+    let mut plan = load(Some(&settings)).plan;
     plan.begin = InitialSettings::Fixed(Box::new(settings));
     let mut channels = Channels::new();
     let board = VirtualBoard::new(channels.split()).unwrap();

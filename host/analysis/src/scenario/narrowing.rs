@@ -119,10 +119,13 @@ mod tests {
         let as_written = shipped(512.0);
         assert_eq!(as_written.notes, [""; 0]);
         let [first, second] = edges_rad(&as_written);
-        for (zero_count, percent) in [(524.0, 99.3), (482.0, 90.5), (612.0, 52.3)] {
+        for (zero_count, percent) in [(524.0, 99.3), (482.0, 90.5), (612.0, 53.8)] {
             let narrowed = shipped(zero_count);
             let [one, two] = edges_rad(&narrowed);
-            assert!(one == first, "{zero_count}: {one} instead of {first}");
+            assert!(
+                (one - first).abs() < 1e-6,
+                "{zero_count}: {one} instead of {first}"
+            );
             assert!(
                 (two / second * 100.0 - percent).abs() < 1.0,
                 "{zero_count}: {}",

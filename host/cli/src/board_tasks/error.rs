@@ -35,12 +35,13 @@ pub enum TaskError {
     NoServos(Option<Obstacle>),
     /// Stock or X servos are not set up for torque, and may not be.
     #[error(
-        "stock servos take no torque before they are set to wheel mode, which is kept in their \
+        "the servos take no torque before they are set to wheel mode (X servos: PWM control mode), \
+         which is kept in their \
          EEPROM: add --prepare to do it"
     )]
     NotPrepared,
     /// Stock servos do not take wheel mode, for this reason.
-    #[error("{}", reason(.0.as_ref(), "the servos cannot be set to wheel mode"))]
+    #[error("{}", reason(.0.as_ref(), "the servos cannot be set to the mode that takes torque"))]
     NoWheelMode(Option<Obstacle>),
     /// Another program disarmed the board.
     #[error("another program disarmed the board, by `armbridge disarm`")]

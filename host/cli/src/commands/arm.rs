@@ -32,8 +32,8 @@ pub(crate) struct ArmedArgs {
     /// Disarm and end after this many seconds instead of on ctrl-c.
     #[arg(long = "for", value_name = "S", value_parser = seconds)]
     pub(crate) lasts: Option<Duration>,
-    /// Set stock servos to wheel mode and a short return delay if necessary; both are
-    /// kept in their EEPROM.
+    /// Set stock servos to wheel mode, X servos to PWM control mode, and both to a short
+    /// return delay if necessary; they keep it in their EEPROM.
     #[arg(long)]
     pub(crate) prepare: bool,
     /// No status line.

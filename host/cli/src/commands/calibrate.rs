@@ -25,8 +25,9 @@ Examples:
 
 The motors are off while the arm is moved by hand. Nothing is changed before you
 confirm; then zero and direction of each joint are set and saved on the board,
-and all its other settings stay. In a script, each line of the input is one
-answer. To practise, calibrate the simulated arm of armbridge serve board, and
+and all its other settings stay. A board whose calibration is of other servos
+asks for the model of these. In a script, each line of the input is one answer.
+To practise, calibrate the simulated arm of armbridge serve board, and
 turn it by armbridge hand.";
 
 /// Note on turning a simulated arm.

@@ -29,6 +29,8 @@ use armbridge_client::status::BoardStatus;
 use armbridge_client::transport::usb::UsbError;
 use armbridge_client::transport::{self, LinkOptions, LinkUri, TransportError};
 use armbridge_client::{LinkError, ctrl_c, fault_text};
+use armbridge_control::actuator::Joint;
+use armbridge_control::encoder::Encoder;
 use armbridge_link::message::{SettingsGroups, Setup as BoardSetup};
 use armbridge_servo::JOINTS;
 
@@ -143,8 +145,13 @@ impl<'a> Setup<'a> {
 
     fn calibration(&mut self) -> Result<Finding, Error> {
         let joints = self.status.settings.map(|settings| settings.setup.joints);
-        let is_default = joints == Some(BoardSetup::default().joints);
-        let joints = if is_default {
+        let encoder = (self.status.servos).map(|servos| Encoder::of(servos.firmware));
+        let is_other = |joint: &Joint<f32>| joint.encoder() != encoder;
+        let count = self.status.joints();
+        let is_new = joints.is_some_and(|joints| {
+            joints == BoardSetup::default().joints || joints.iter().take(count).any(is_other)
+        });
+        let joints = if is_new {
             let options = CalibrationOptions {
                 joints: [true; JOINTS],
                 checks_motors: false,
@@ -162,16 +169,18 @@ impl<'a> Setup<'a> {
         } else {
             joints
         };
-        let [first, second] = joints.ok_or("the board reports no settings")?.map(|joint| {
+        let joints = joints.ok_or("the board reports no settings")?;
+        let zeros = joints.iter().take(count).map(|joint| {
             let direction = format!("{:?}", joint.direction).to_lowercase();
             format!("{:.1} {direction}", joint.zero_count)
         });
-        let how = if is_default {
+        let zeros = zeros.collect::<Vec<_>>().join(", ");
+        let how = if is_new {
             "saved"
         } else {
             "there; `armbridge calibrate` to renew it"
         };
-        Ok(Finding::Ok(format!("zeros {first}, {second}: {how}")))
+        Ok(Finding::Ok(format!("zeros {zeros}: {how}")))
     }
 
     /// Looks at the board.

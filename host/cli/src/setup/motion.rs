@@ -14,7 +14,9 @@ impl Setup<'_> {
     /// Arms, once the person agrees, and holds the arm.
     pub(super) fn direction(&mut self) -> Result<Finding, Error> {
         if self.needs_wheel_mode
-            && !self.may("Stock servos are set to wheel mode, which they keep")?
+            && !self.may(
+                "Stock servos are set to wheel mode, X servos to PWM control mode, which they keep",
+            )?
         {
             return Ok(declined());
         }

@@ -34,7 +34,7 @@ const LOOKS: usize = 2;
 /// Next step after a search.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Advice {
-    /// Both ids are there.
+    /// All ids are there.
     Ready,
     /// This servo gets the id that is missing.
     Assign {
@@ -52,8 +52,8 @@ pub enum Advice {
     Stop(Finding),
 }
 
-/// Decides.
-pub fn advice(report: &Report) -> Advice {
+/// Decides, for an arm of this many joints.
+pub fn advice(report: &Report, joints: usize) -> Advice {
     let stop = |what: String, remedy: &str| Advice::Stop(Finding::missing(what, remedy));
     if let Some(error) = report.troubles.first() {
         return stop(
@@ -69,6 +69,17 @@ pub fn advice(report: &Report) -> Advice {
         );
     }
     let ids: Vec<u8> = report.found.iter().map(|found| found.id).collect();
+    if joints == 1 && !ids.is_empty() {
+        let [new, ..] = IDS;
+        return match ids.as_slice() {
+            ids if ids.contains(&new) => Advice::Ready,
+            [id] => Advice::Assign { id: *id, new },
+            _ => stop(
+                format!("{} servos answer, with ids {ids:?}", ids.len()),
+                "leave the one of the arm on the bus",
+            ),
+        };
+    }
     let strangers: Vec<u8> = (ids.iter().copied())
         .filter(|id| !IDS.contains(id))
         .collect();
@@ -125,7 +136,7 @@ impl Setup<'_> {
             }
         }
         Ok(Finding::missing(
-            "both servos answer, and the board does not find them",
+            "the servos answer, and the board does not find them",
             "armbridge status",
         ))
     }
@@ -142,8 +153,13 @@ impl Setup<'_> {
         let servos = self.status.servos.filter(|_| is_idle)?;
         self.needs_wheel_mode = !servos.is_ready;
         let (firmware, baud) = (servos.firmware, servos.baud);
+        let ids = IDS.iter().take(self.status.joints()).map(u8::to_string);
+        let ids = match ids.collect::<Vec<_>>() {
+            one if one.len() == 1 => format!("id {}", one[0]),
+            more => format!("ids {}", more.join(" and ")),
+        };
         Some(Finding::Ok(format!(
-            "ids 1 and 2, firmware {firmware}, {baud} baud"
+            "{ids}, firmware {firmware}, {baud} baud"
         )))
     }
 
@@ -175,7 +191,7 @@ impl Setup<'_> {
             bauds: BAUDS.to_vec(),
         };
         let report = scan(&mut bus, &area, |_| {})?;
-        let (id, new) = match advice(&report) {
+        let (id, new) = match advice(&report, self.status.joints()) {
             Advice::Stop(finding) => return Ok(Some(finding)),
             Advice::Ready => return Ok(None),
             Advice::Assign { id, new } => (id, new),
@@ -205,7 +221,8 @@ impl Setup<'_> {
         Servo::find(&mut bus, id)?.set_id(new)?;
         self.guide
             .say(&format!("Servo {id} has id {new} now, read back."));
-        Ok((report.found.len() == 1).then(|| other_one(new)))
+        let is_other_missing = report.found.len() < self.status.joints();
+        Ok(is_other_missing.then(|| other_one(new)))
     }
 }
 
@@ -242,7 +259,7 @@ mod tests {
 
     #[track_caller]
     fn assert_stops(report: &Report, what: &str, remedy: &str) {
-        let Advice::Stop(finding) = advice(report) else {
+        let Advice::Stop(finding) = advice(report, 2) else {
             panic!("{report:?}");
         };
         let (state, text, todo) = finding.parts();
@@ -253,13 +270,21 @@ mod tests {
 
     #[test]
     fn an_id_is_changed_only_where_it_is_clear_which_joint_it_moves() {
-        assert_eq!(advice(&report(&[1, 2])), Advice::Ready);
+        assert_eq!(advice(&report(&[1, 2]), 2), Advice::Ready);
         for (ids, id, new) in [([1, 7], 7, 2), ([2, 7], 7, 1), ([0, 2], 0, 1)] {
-            assert_eq!(advice(&report(&ids)), Advice::Assign { id, new });
+            assert_eq!(advice(&report(&ids), 2), Advice::Assign { id, new });
         }
         for (ids, id) in [(&[1][..], 1), (&[9], 9), (&[5, 9], 5)] {
-            assert_eq!(advice(&report(ids)), Advice::Ask { id });
+            assert_eq!(advice(&report(ids), 2), Advice::Ask { id });
         }
+    }
+
+    #[test]
+    fn an_arm_of_one_joint_has_one_servo() {
+        assert_eq!(advice(&report(&[1]), 1), Advice::Ready);
+        assert_eq!(advice(&report(&[7]), 1), Advice::Assign { id: 7, new: 1 });
+        assert_eq!(advice(&report(&[1, 2]), 1), Advice::Ready);
+        assert!(matches!(advice(&report(&[5, 9]), 1), Advice::Stop(_)));
     }
 
     #[test]

@@ -62,7 +62,9 @@ impl Question {
     pub fn text(self) -> &'static str {
         match self {
             Self::Arm => "Arm? The motors may then be driven; keep clear.   y yes   n no",
-            Self::Prepare => "Set the stock servos to wheel mode, which they keep?   y yes   n no",
+            Self::Prepare => {
+                "Set the servos to wheel mode (X: PWM mode), which they keep?   y yes   n no"
+            }
             Self::Regulate => "The motors come on.   h hold here   u move upright   n no",
             Self::ArmAndRegulate => {
                 "Arm, and the motors come on?   h hold here   u move upright   n no"

@@ -3,9 +3,11 @@
 //! Whether it was still is judged against noise, not by least and most counts, which grow
 //! with the number of samples: by the means of both halves and by the scatter. A still joint
 //! whose encoder has up to 2 counts rms of white noise is refused less than once in a
-//! million measurements; one that creeps by more than 1.25 counts from half to half is.
+//! million measurements; one that creeps by more than 1.25 counts from half to half is. Counts are
+//! those of an AX-12A; those of an X servo are 3.3 times as many for the same angles.
 
 use armbridge_control::actuator::Direction;
+use armbridge_control::encoder::Encoder;
 use armbridge_link::message::Record;
 use armbridge_servo::JOINTS;
 
@@ -20,20 +22,22 @@ const DRIFT_MAX: f64 = 1.25;
 const SCATTER_MAX: f64 = 2.5;
 /// Share of the samples that must have come.
 const SHARE_MIN: f64 = 0.9;
-/// Counts from either end of the track at which a potentiometer is not to be trusted.
+/// Counts from either end at which a potentiometer is not to be trusted, and an encoder of a turn is
+/// about to begin again.
 const END: u16 = 10;
-/// Largest count.
-const LAST: u16 = 1_023;
 /// Counts by which a joint must have been turned: 0.3 rad, by far more than noise and
 /// play.
 const TURN_MIN: f64 = 60.0;
 
-/// Why a measurement is unusable, and a remedy.
+/// Why a measurement or an answer is unusable, and a remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unusable {
+    /// No model, or more than one, has this name.
+    #[error("{0:?} is not the name of one model, as XL430-W250")]
+    Model(String),
     /// It crept.
     #[error(
-        "joint {joint} was not still: it crept by {drift:.1} counts where {DRIFT_MAX} are \
+        "joint {joint} was not still: it crept by {drift:.1} counts where {allowed:.1} are \
          allowed; hold it"
     )]
     Moved {
@@ -41,10 +45,12 @@ pub enum Unusable {
         joint: usize,
         /// Mean of the second half minus that of the first, in counts.
         drift: f64,
+        /// Allowed difference, in counts.
+        allowed: f64,
     },
     /// It trembled, or its encoder is noisy.
     #[error(
-        "joint {joint} was not still: its counts scatter by {scatter:.1} rms where {SCATTER_MAX} \
+        "joint {joint} was not still: its counts scatter by {scatter:.1} rms where {allowed:.1} \
          are allowed; hold it, and look at its encoder if it was held"
     )]
     Noisy {
@@ -52,6 +58,8 @@ pub enum Unusable {
         joint: usize,
         /// Rms deviation from the mean, in counts.
         scatter: f64,
+        /// Allowed deviation, in counts.
+        allowed: f64,
     },
     /// Its servo did not answer often enough.
     #[error("{missing} of {of} samples of joint {joint} are missing; check its bus wiring")]
@@ -63,20 +71,22 @@ pub enum Unusable {
         /// Ticks.
         of: u32,
     },
-    /// It is at an end of the potentiometer.
+    /// It is at an end of the encoder's counts.
     #[error(
-        "joint {joint} is at count {count}, where the encoder's track ends; mount its horn so that \
-         it stays within {END} and {}", LAST - END
+        "joint {joint} is at count {count}, where the encoder's counts end; mount its horn so that \
+         it stays within {END} and {most}"
     )]
     AtEnd {
         /// From 1.
         joint: usize,
         /// Its count.
         count: u16,
+        /// Largest count that it may have.
+        most: u16,
     },
     /// It was not turned, or hardly.
     #[error(
-        "joint {joint} was turned by {} counts only; turn it by 0.3 rad (60 counts) or more",
+        "joint {joint} was turned by {} counts only; turn it by 0.3 rad ({least:.0} counts) or more",
         moved.round() as i64
     )]
     TooLittle {
@@ -84,6 +94,8 @@ pub enum Unusable {
         joint: usize,
         /// In counts.
         moved: f64,
+        /// Least turn in counts.
+        least: f64,
     },
     /// Another joint was.
     #[error(
@@ -120,15 +132,31 @@ pub enum Unusable {
 /// Positions of both joints, in counts.
 pub(super) type Pose = [f64; JOINTS];
 
+/// Counts of this encoder for the angle of one count of an AX-12A.
+fn scale(encoder: Encoder) -> f64 {
+    Encoder::Ax12a.nominal_rad_per_count() / encoder.nominal_rad_per_count()
+}
+
 /// Counts that are being taken.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Sampler {
+    encoder: Encoder,
     tick: Option<u32>,
     ticks: u32,
     counts: [Vec<u16>; JOINTS],
 }
 
 impl Sampler {
+    /// No counts of such an encoder yet.
+    pub(super) fn new(encoder: Encoder) -> Self {
+        Self {
+            encoder,
+            tick: None,
+            ticks: 0,
+            counts: [const { Vec::new() }; JOINTS],
+        }
+    }
+
     /// Takes a tick, once. True when it is enough.
     pub(super) fn take(&mut self, record: &Record) -> bool {
         if self.tick.replace(record.tick) != Some(record.tick) {
@@ -154,27 +182,32 @@ impl Sampler {
         }
         let least = counts.iter().copied().min().unwrap_or_default();
         let most = counts.iter().copied().max().unwrap_or_default();
+        let end = self.encoder.counts_max() - END;
         for count in [least, most] {
-            if !(END..=LAST - END).contains(&count) {
+            if !(END..=end).contains(&count) {
                 return Err(Unusable::AtEnd {
                     joint: number,
                     count,
+                    most: end,
                 });
             }
         }
+        let scale = scale(self.encoder);
         let (first, second) = counts.split_at(counts.len() / 2);
         let drift = mean(second) - mean(first);
-        if drift.abs() > DRIFT_MAX {
+        if drift.abs() > DRIFT_MAX * scale {
             return Err(Unusable::Moved {
                 joint: number,
                 drift,
+                allowed: DRIFT_MAX * scale,
             });
         }
         let scatter = scatter(counts);
-        if scatter > SCATTER_MAX {
+        if scatter > SCATTER_MAX * scale {
             return Err(Unusable::Noisy {
                 joint: number,
                 scatter,
+                allowed: SCATTER_MAX * scale,
             });
         }
         Ok([0, 1].map(|joint| mean(&self.counts[joint])))
@@ -196,11 +229,17 @@ fn scatter(counts: &[u16]) -> f64 {
 }
 
 /// Sign of `joint`: whether its counts rise towards positive angles.
-pub(super) fn direction(joint: usize, zero: &Pose, turned: &Pose) -> Result<Direction, Unusable> {
+pub(super) fn direction(
+    joint: usize,
+    zero: &Pose,
+    turned: &Pose,
+    encoder: Encoder,
+) -> Result<Direction, Unusable> {
+    let least = TURN_MIN * scale(encoder);
     let other = 1 - joint;
     let moved = turned[joint] - zero[joint];
     let other_moved = turned[other] - zero[other];
-    if other_moved.abs() >= TURN_MIN && other_moved.abs() > moved.abs() {
+    if other_moved.abs() >= least && other_moved.abs() > moved.abs() {
         return Err(Unusable::OtherJoint {
             joint: joint + 1,
             moved,
@@ -208,7 +247,7 @@ pub(super) fn direction(joint: usize, zero: &Pose, turned: &Pose) -> Result<Dire
             other_moved,
         });
     }
-    if moved.abs() >= TURN_MIN && other_moved.abs() >= TURN_MIN {
+    if moved.abs() >= least && other_moved.abs() >= least {
         return Err(Unusable::Both {
             joint: joint + 1,
             moved,
@@ -216,10 +255,11 @@ pub(super) fn direction(joint: usize, zero: &Pose, turned: &Pose) -> Result<Dire
             other_moved,
         });
     }
-    if moved.abs() < TURN_MIN {
+    if moved.abs() < least {
         return Err(Unusable::TooLittle {
             joint: joint + 1,
             moved,
+            least,
         });
     }
     Ok(if moved > 0.0 {
@@ -236,6 +276,8 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
     use rand_pcg::Pcg32;
 
+    const AX: Encoder = Encoder::Ax12a;
+
     fn record(tick: u32, samples: [Sample; JOINTS]) -> Record {
         Record {
             tick,
@@ -250,7 +292,7 @@ mod tests {
 
     /// Of counts of joint 1 that depend on the tick, each tick seen twice.
     fn pose(count: impl Fn(u32) -> Option<u16>) -> Result<Pose, Unusable> {
-        let mut sampler = Sampler::default();
+        let mut sampler = Sampler::new(AX);
         for tick in 1.. {
             let sample = count(tick).map_or(Sample::Missing(Missing::Silence), Sample::Counts);
             let record = record(tick, [sample, Sample::Counts(700)]);
@@ -324,7 +366,8 @@ mod tests {
             pose(|_| Some(1_020)),
             Err(Unusable::AtEnd {
                 joint: 1,
-                count: 1_020
+                count: 1_020,
+                most: 1_013
             })
         );
     }
@@ -332,10 +375,19 @@ mod tests {
     #[test]
     fn the_sign_is_that_of_the_turn() {
         let zero = [512.0, 500.0];
-        assert_eq!(direction(0, &zero, &[600.0, 500.0]), Ok(Direction::Forward));
-        assert_eq!(direction(1, &zero, &[512.0, 380.0]), Ok(Direction::Reverse));
+        assert_eq!(
+            direction(0, &zero, &[600.0, 500.0], AX),
+            Ok(Direction::Forward)
+        );
+        assert_eq!(
+            direction(1, &zero, &[512.0, 380.0], AX),
+            Ok(Direction::Reverse)
+        );
         // The other one hangs from this one and may follow it.
-        assert_eq!(direction(0, &zero, &[600.0, 520.0]), Ok(Direction::Forward));
+        assert_eq!(
+            direction(0, &zero, &[600.0, 520.0], AX),
+            Ok(Direction::Forward)
+        );
         for (turned, words) in [
             ([530.0, 500.0], "by 18 counts only"),
             ([512.0, 380.0], "joint 2 by -120: turn one joint alone"),
@@ -344,7 +396,7 @@ mod tests {
                 "by 88 counts and joint 2 by 80: turn one joint alone",
             ),
         ] {
-            let error = direction(0, &zero, &turned).unwrap_err().to_string();
+            let error = direction(0, &zero, &turned, AX).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");
         }
     }

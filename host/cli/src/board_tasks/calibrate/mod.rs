@@ -3,16 +3,19 @@
 //!
 //! Joint by joint, a person moves the arm to its zero and then to a positive angle, and
 //! confirms each position; zero and sign follow from the counts. The angle of a count and
-//! torque against PWM stay as the board has them. On request, and after a question, each
-//! motor pushes once, gently, to show that it turns the way its encoder counts.
+//! torque against PWM stay as the board has them, unless they are of another encoder: then they
+//! are the nominal ones of the servos' model, which the person names. On request, and after a
+//! question, each motor pushes once, gently, to show that it turns the way its encoder counts.
 //!
 //! | module    | what                                          |
 //! |-----------|-----------------------------------------------|
 //! | `measure` | from counts to zero and sign, or why not      |
 //! | `motor`   | one push, and what it moved                   |
+//! | `nominal` | the nominal calibration of a model            |
 
 mod measure;
 mod motor;
+mod nominal;
 #[cfg(test)]
 mod tests;
 
@@ -22,6 +25,7 @@ pub use motor::MotorError;
 use armbridge_client::ctrl_c;
 use armbridge_client::session::{ARM_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
 use armbridge_control::actuator::Joint;
+use armbridge_control::encoder::Encoder;
 use armbridge_link::message::{Command, Mode, Settings, Setup};
 use armbridge_servo::JOINTS;
 
@@ -78,6 +82,8 @@ pub struct CalibrationOptions {
 enum Step {
     /// For the board and its servos.
     Waiting,
+    /// For the person, to name the servos' model.
+    Model,
     /// For the person, to hold this joint at its zero.
     Zero(usize),
     /// Taking counts there.
@@ -102,6 +108,7 @@ pub struct Calibrate<G> {
     attempts: u32,
     show_us: u64,
     before: Option<Settings>,
+    encoder: Encoder,
     joints: [Joint<f32>; JOINTS],
 }
 
@@ -115,6 +122,7 @@ impl<G: Guide> Calibrate<G> {
             attempts: 0,
             show_us: 0,
             before: None,
+            encoder: Encoder::Ax12a,
             joints: [Joint::paper(); JOINTS],
         }
     }
@@ -130,12 +138,26 @@ impl<G: Guide> Calibrate<G> {
         if let Some(tripped) = status.trip {
             return Err(TaskError::Latched(tripped));
         }
-        if let (Some(Mode::Idle), Some(settings)) = (status.mode(), status.settings) {
+        if let (Some(Mode::Idle), Some(settings), Some(servos)) =
+            (status.mode(), status.settings, status.servos)
+        {
             self.before = Some(settings);
             self.joints = settings.setup.joints;
+            self.encoder = Encoder::of(servos.firmware);
+            let joints = status.joints();
+            for joint in self.options.joints.iter_mut().skip(joints) {
+                *joint = false;
+            }
             self.guide
                 .say("The motors are off; the arm can be moved by hand.");
-            self.next_joint(0);
+            let mut there = self.joints.iter().take(joints);
+            if there.all(|joint| joint.encoder() == Some(self.encoder)) {
+                self.next_joint(0);
+            } else {
+                // Of what is there, nothing holds.
+                self.options.joints = std::array::from_fn(|joint| joint < joints);
+                self.ask_for_model();
+            }
         } else if view.now_us > 2 * SERVO_TIMEOUT_US {
             return Err(TaskError::NoServos(status.obstacle));
         }
@@ -154,6 +176,44 @@ impl<G: Guide> Calibrate<G> {
             self.report_change();
             self.guide.say("Save this on the board? [y/N]");
         }
+    }
+
+    fn ask_for_model(&mut self) {
+        match self.encoder {
+            Encoder::Ax12a => self.begin_with(Joint::paper()),
+            Encoder::XSeries => {
+                self.guide.say(&format!(
+                    "The board's calibration is of other servos. Model of these, as printed on \
+                     them [{}]",
+                    nominal::names()
+                ));
+                self.step = Step::Model;
+            }
+        }
+    }
+
+    /// Begins with a calibration that is of the servos' encoder.
+    fn begin_with(&mut self, joint: Joint<f32>) {
+        self.joints = [joint; JOINTS];
+        self.next_joint(0);
+    }
+
+    fn named(&mut self, name: &str) -> Result<(), TaskError> {
+        let Some(model) = nominal::find(name) else {
+            self.again(Unusable::Model(name.trim().into()))?;
+            self.ask_for_model();
+            return Ok(());
+        };
+        self.guide.say(&format!(
+            "{}: {:.2} N m at full PWM and {} V (e-Manual), {:.0} PWM counts per N m. At another \
+             supply, or for control by an identified arm: armbridge identify run.",
+            model.name,
+            model.stall_nm,
+            model.nominal_v,
+            nominal::calibration(model).gain_counts_per_nm
+        ));
+        self.begin_with(nominal::calibration(model));
+        Ok(())
     }
 
     fn ask_for_zero(&mut self, joint: usize) {
@@ -179,6 +239,9 @@ impl<G: Guide> Calibrate<G> {
             .before
             .map_or(self.joints, |before| before.setup.joints);
         for (number, (before, after)) in before.iter().zip(&self.joints).enumerate() {
+            if !self.options.joints[number] {
+                continue;
+            }
             self.guide.say(&format!(
                 "joint {}: zero {:.1} -> {:.1} counts, {:?} -> {:?}",
                 number + 1,
@@ -220,7 +283,7 @@ impl<G: Guide> Calibrate<G> {
     fn turned(&mut self, joint: usize, zero: Pose, sampler: &Sampler) -> Result<(), TaskError> {
         let found = sampler
             .pose(joint)
-            .and_then(|turned| direction(joint, &zero, &turned));
+            .and_then(|turned| direction(joint, &zero, &turned, self.encoder));
         match found {
             Ok(direction) => {
                 self.joints[joint].direction = direction;
@@ -240,11 +303,13 @@ impl<G: Guide> Calibrate<G> {
             && let Some(record) = view.session.status().record
         {
             self.show_us = view.now_us + SHOW_US;
-            let [first, second] = record.input.samples.map(|sample| {
+            let samples = record.input.samples.iter();
+            let counts = samples.take(view.session.status().joints()).map(|sample| {
                 let counts = sample.counts();
                 counts.map_or_else(|| "none".to_owned(), |counts| counts.to_string())
             });
-            self.guide.show(&format!("counts {first}, {second}"));
+            let counts: Vec<_> = counts.collect();
+            self.guide.show(&format!("counts {}", counts.join(", ")));
         }
         Ok(self.guide.answer()?.is_some())
     }
@@ -265,8 +330,10 @@ impl<G: Guide> Calibrate<G> {
     fn after_motor(&mut self, view: &mut View<'_>, from: usize) {
         let next = (from..JOINTS).find(|joint| self.options.joints[*joint]);
         if let Some(joint) = next.filter(|_| self.options.checks_motors) {
-            let sign = self.joints[joint].direction;
-            self.step = Step::Motor(Motor::ask(joint, sign, &mut self.guide));
+            let servos = view.session.status().servos;
+            let is_ready = servos.is_some_and(|servos| servos.is_ready);
+            let motor = Motor::ask(joint, self.joints[joint], is_ready, &mut self.guide);
+            self.step = Step::Motor(motor);
         } else {
             view.session
                 .request(view.now_us, Request::Command(Command::Save));
@@ -283,9 +350,13 @@ impl<G: Guide> Task for Calibrate<G> {
         let record = view.session.status().record;
         match std::mem::replace(&mut self.step, Step::Waiting) {
             Step::Waiting => self.wait(&view)?,
+            Step::Model => match self.guide.answer()? {
+                None => self.step = Step::Model,
+                Some(name) => self.named(&name)?,
+            },
             Step::Zero(joint) => {
                 self.step = if self.is_answered(&view)? {
-                    Step::AtZero(joint, Sampler::default())
+                    Step::AtZero(joint, Sampler::new(self.encoder))
                 } else {
                     Step::Zero(joint)
                 };
@@ -299,7 +370,7 @@ impl<G: Guide> Task for Calibrate<G> {
             }
             Step::Turn(joint, zero) => {
                 self.step = if self.is_answered(&view)? {
-                    Step::Turned(joint, zero, Sampler::default())
+                    Step::Turned(joint, zero, Sampler::new(self.encoder))
                 } else {
                     Step::Turn(joint, zero)
                 };

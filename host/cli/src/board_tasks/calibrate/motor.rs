@@ -4,20 +4,21 @@
 //! left out meanwhile (`limits.check_rad_s2` 0).
 
 use armbridge_client::fault_text;
-use armbridge_client::session::Request;
-use armbridge_control::actuator::Direction;
+use armbridge_client::session::{Request, SERVO_TIMEOUT_US};
+use armbridge_control::actuator::{Direction, Joint};
 use armbridge_link::message::{Command, Limits, Mode, Trip};
 use armbridge_servo::JOINTS;
 
 use super::{Guide, answer};
 use crate::board_tasks::{TaskError, View};
 
-/// Torque of the push in N m: twice the static friction, a tenth of the stall torque.
-const PUSH_NM: f32 = 0.12;
+/// PWM counts of the push: a tenth of full duty, and so of the stall torque; of an AX-12A 0.12 N m,
+/// twice the static friction.
+const PUSH_COUNTS: f32 = 100.0;
 /// Duration of the push in µs.
 const PUSH_US: u64 = 300_000;
-/// Counts that it must have moved by.
-const MOVED_MIN: i32 = 8;
+/// Angle that it must have moved by, in rad: eight counts of an AX-12A.
+const MOVED_MIN_RAD: f32 = 0.041;
 
 /// Why the check of a motor failed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -52,6 +53,8 @@ enum Step {
     Asking,
     /// For the limits without the board's own check.
     Limiting(u64),
+    /// For servos that take torque.
+    Preparing(u64),
     Arming(u64),
     /// From this count, until this time.
     Pushing(u16, u64),
@@ -64,7 +67,7 @@ enum Step {
 #[derive(Debug)]
 pub(super) struct Motor {
     joint: usize,
-    direction: Direction,
+    calibration: Joint<f32>,
     step: Step,
     moved: i32,
     /// Of the limits from before.
@@ -72,16 +75,27 @@ pub(super) struct Motor {
 }
 
 impl Motor {
-    /// Asks whether it may push.
-    pub(super) fn ask(joint: usize, direction: Direction, guide: &mut impl Guide) -> Self {
+    /// Asks whether it may push, and set servos that are not ready to the mode that takes torque.
+    pub(super) fn ask(
+        joint: usize,
+        calibration: Joint<f32>,
+        is_ready: bool,
+        guide: &mut impl Guide,
+    ) -> Self {
         guide.say(&format!(
-            "Joint {}: its motor will push with {PUSH_NM} N m for 0.3 s towards positive angles. \
-             Let go of the arm and keep clear. Go on? [y/N]",
-            joint + 1
+            "Joint {}: its motor will push with {:.2} N m for 0.3 s towards positive angles. \
+             Let go of the arm and keep clear. {}Go on? [y/N]",
+            joint + 1,
+            PUSH_COUNTS / calibration.gain_counts_per_nm,
+            if is_ready {
+                ""
+            } else {
+                "Its servo is set to wheel mode (X servos: PWM control mode), which it keeps. "
+            }
         ));
         Self {
             joint,
-            direction,
+            calibration,
             step: Step::Asking,
             moved: 0,
             check_rad_s2: 0,
@@ -104,6 +118,8 @@ impl Motor {
             return Err(MotorError::Fault(tripped).into());
         }
         let now_us = view.now_us;
+        let is_ready = status.servos.is_some_and(|servos| servos.is_ready);
+        let obstacle = status.obstacle;
         let count = status
             .record
             .and_then(|record| record.input.samples[self.joint].counts());
@@ -118,14 +134,26 @@ impl Motor {
             },
             (Step::Limiting(since_us), _) => {
                 if answer(view, since_us, "the board refused the limits")? {
-                    view.session.request(now_us, Request::Arm);
-                    self.step = Step::Arming(now_us);
+                    if !is_ready {
+                        view.session
+                            .request(now_us, Request::Command(Command::Prepare));
+                    }
+                    self.step = Step::Preparing(now_us);
+                }
+            }
+            (Step::Preparing(_), _) if is_ready => {
+                view.session.request(now_us, Request::Arm);
+                self.step = Step::Arming(now_us);
+            }
+            (Step::Preparing(since_us), _) => {
+                if now_us.saturating_sub(since_us) > SERVO_TIMEOUT_US {
+                    return Err(TaskError::NoWheelMode(obstacle));
                 }
             }
             (Step::Arming(since_us), Some(count)) => {
                 if answer(view, since_us, "the board refused the arming")? {
                     let mut torque_nm = [0.0; JOINTS];
-                    torque_nm[self.joint] = PUSH_NM;
+                    torque_nm[self.joint] = PUSH_COUNTS / self.calibration.gain_counts_per_nm;
                     let push = Command::Torque(torque_nm);
                     view.session.request(now_us, Request::Command(push));
                     self.step = Step::Pushing(count, now_us + PUSH_US);
@@ -170,18 +198,19 @@ impl Motor {
 
     fn check(&self, guide: &mut impl Guide) -> Result<(), MotorError> {
         let joint = self.joint + 1;
-        let forward = match self.direction {
-            Direction::Forward => self.moved,
-            Direction::Reverse => -self.moved,
+        let turned_rad = self.moved as f32 * self.calibration.rad_per_count;
+        let moved_rad = match self.calibration.direction {
+            Direction::Forward => turned_rad,
+            Direction::Reverse => -turned_rad,
         };
-        if forward >= MOVED_MIN {
+        if moved_rad >= MOVED_MIN_RAD {
             let counts = self.moved;
             guide.say(&format!(
                 "Joint {joint}: it moved by {counts} counts, as it should."
             ));
             return Ok(());
         }
-        if forward <= -MOVED_MIN {
+        if moved_rad <= -MOVED_MIN_RAD {
             return Err(MotorError::Reversed {
                 joint,
                 counts: self.moved,
