@@ -140,18 +140,6 @@ fn faults_of_rare_cases_have_a_right_name() {
     assert_right([12_090, 13_507, 14_469, 15_062, 15_416]);
 }
 
-/// At 5 and 10 ms packets are lost for 20 ms before too many samples are missing.
-#[test]
-fn x_servos_that_their_watchdogs_switched_off_are_said_to_be_off() {
-    // Bytes lost, cut, doubled and flipped; a line that is low or high; a servo that is deaf.
-    for seed in [9_744, 16_480, 17_636, 2_326, 604, 2_114, 16_046] {
-        let outcome = fault_campaign::run(&Case::new(seed).with_x_servos());
-        assert_eq!(outcome.failures, [""; 0], "{seed}");
-        let (fault, is_right) = (outcome.fault.as_deref(), outcome.is_fault_expected);
-        assert_eq!((fault, is_right), (Some("servo_reset"), true), "{seed}");
-    }
-}
-
 /// On a slow bus the control steps of a stock servo lengthen its replies.
 #[test]
 fn stock_servos_at_57_600_baud_are_prepared_and_driven() {

@@ -8,6 +8,8 @@ use std::convert::Infallible;
 use armbridge_analysis::plan_runner::{PlanError, PlanRunner, Script};
 use armbridge_board::bridge::Channels;
 use armbridge_control::arm::Parameters;
+use armbridge_control::experiment::Signal;
+use armbridge_link::experiment::{Experiment, Role};
 use armbridge_link::message::{Command, Drive, Mode, Refusal, Sample, Setup};
 use armbridge_link::motion::Motion;
 use armbridge_servo::{Firmware, Missing};
@@ -130,10 +132,27 @@ fn a_command_to_a_joint_that_is_not_there_is_refused() {
         to_rad: [0.0, 0.1],
         duration_s: Some(1.0),
     };
+    // Ends where joint 2 is not asked to go.
+    let sinusoid = Motion::Sinusoid {
+        centre_rad: [0.0; 2],
+        amplitude_rad: [0.1; 2],
+        frequency_hz: [0.5; 2],
+        phase_rad: [0.0; 2],
+        ramp_s: 0.5,
+        duration_s: 2.0,
+    };
+    let experiment = Experiment {
+        roles: [Role::Hold, Role::Pwm(Signal::Constant(0.0))],
+        duration_s: 0.5,
+        angle_rad: [[-0.5, 0.5]; 2],
+        speed_rad_s: [2.0; 2],
+    };
     for command in [
         Command::Regulate([0.0, 0.1]),
         Command::Torque([0.0, -0.1]),
         Command::Follow(motion),
+        Command::Follow(sinusoid),
+        Command::Experiment(experiment),
     ] {
         assert!(
             matches!(

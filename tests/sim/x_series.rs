@@ -144,3 +144,82 @@ fn a_servo_without_a_bus_is_off_by_its_own_watchdog() {
         );
     });
 }
+
+/// Units of 20 ms of the watchdog, by the tick's period in µs.
+const WATCHDOGS: [(u32, i32); 4] = [(1_000, 1), (4_000, 1), (5_000, 2), (10_000, 3)];
+
+#[test]
+fn the_watchdog_of_a_servo_follows_the_period() {
+    for (period_us, units) in WATCHDOGS {
+        let servos = rig::bench(&plant([0.0; 2], true), Firmware::XSeries);
+        with_rig(World::Bench, servos, |rig| {
+            // Ready at another period, then made ready for this one without being asked to.
+            assert_eq!(rig.command(Command::Configure(setup())), Ok(()));
+            rig.prepare();
+            let at_period = Setup {
+                period_us,
+                ..setup()
+            };
+            assert_eq!(rig.command(Command::Configure(at_period)), Ok(()));
+            rig.until("ready", 2_000_000, |rig| rig.mode() == Some(Mode::Idle));
+            for servo in [0, 1] {
+                let watchdog = register_of(&rig.cosim.bench, servo, register::BUS_WATCHDOG);
+                assert_eq!(watchdog, units, "{period_us} us");
+            }
+            // Where its weight has to be held.
+            rig.drive(Command::Regulate([0.4, 0.2]));
+            rig.pass_ms(1_000);
+            assert_ne!(rig.is_on(), [false; 2], "it holds its weight");
+            // The bus is silent for nearly as long as the board allows.
+            let silent_us = 4 * u64::from(period_us);
+            for servo in [0, 1] {
+                rig.cosim.bench.disconnect(servo);
+            }
+            rig.until_us(rig.now_us() + silent_us);
+            for servo in [0, 1] {
+                rig.cosim.bench.reconnect(servo);
+            }
+            rig.pass_ms(200);
+            assert!(
+                matches!(rig.mode(), Some(Mode::Running(_))),
+                "{period_us} us: {:?}",
+                rig.mode()
+            );
+            // And then for good.
+            for servo in [0, 1] {
+                rig.cosim.bench.disconnect(servo);
+            }
+            let off_us = rig.now_us() + WATCHDOG_US + (units as u64 - 1) * 20_000;
+            assert_eq!(rig.stays_off(off_us, 1_000), Ok(()), "{period_us} us");
+        });
+    }
+}
+
+/// Runs on one board, at periods that need other watchdogs.
+#[test]
+fn a_run_at_another_period_waits_for_servos_that_are_made_ready_again() {
+    let run = |period_us| {
+        let setup = Setup {
+            period_us,
+            ..setup()
+        };
+        PlanRunner::new(Script::upright(setup, 1_000_000))
+    };
+    let mut channels = Channels::new();
+    let board = VirtualBoard::new(channels.split()).unwrap();
+    // Upright, friction keeps it where it is between two runs.
+    let bench = bench(
+        &plant([0.05, -0.05], true),
+        [Firmware::XSeries; 2],
+        1_000_000,
+    );
+    let mut cosim = Cosim::new(board, bench, run(1_000));
+    for (period_us, units) in [(1_000, 1), (10_000, 3), (2_000, 1)] {
+        cosim.host = run(period_us);
+        cosim
+            .run()
+            .unwrap_or_else(|error| panic!("{period_us} us: {error:?}"));
+        let watchdog = register_of(&cosim.bench, 0, register::BUS_WATCHDOG);
+        assert_eq!(watchdog, units, "{period_us} us");
+    }
+}

@@ -181,7 +181,7 @@ impl Bench {
     }
 
     /// Connects servo `servo` to the wire again.
-    pub(crate) fn reconnect(&mut self, servo: usize) {
+    pub fn reconnect(&mut self, servo: usize) {
         self.wire.connect(servo, true);
     }
 

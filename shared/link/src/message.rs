@@ -9,7 +9,7 @@
 //! sequence number of the frame that carried it.
 
 pub use super::board::{BoardReport, End, LastEnd, SettingsFrom, SettingsGroups, Stack};
-use super::experiment::{Conclusion, Experiment, Objection};
+use super::experiment::{Conclusion, Experiment, Objection, Role};
 pub use super::fault::{Fault, StopSource};
 pub use super::limits::Limits;
 pub use super::mode::{Drive, Guards, Mode, OffReport, OffState, Trip};
@@ -213,6 +213,38 @@ pub enum Command {
 }
 
 impl Command {
+    /// First number other than 0 that it asks of a joint: an angle in rad, a speed in rad/s, a torque
+    /// in N m; infinity of the signal of an experiment.
+    pub fn demand_of(&self, joint: usize) -> Option<f32> {
+        let numbers = match self {
+            Self::Torque(values) | Self::Regulate(values) => [values.get(joint).copied(), None],
+            Self::Follow(motion) => [motion.demand_of(joint), None],
+            Self::Stream {
+                angle_rad,
+                speed_rad_s,
+                ..
+            } => [
+                angle_rad.get(joint).copied(),
+                speed_rad_s.and_then(|speeds| speeds.get(joint).copied()),
+            ],
+            Self::Experiment(plan) => {
+                let signal = plan.roles.get(joint).and_then(Role::signal);
+                [signal.map(|_| f32::INFINITY), None]
+            }
+            Self::Float
+            | Self::Idle
+            | Self::Park
+            | Self::Arm { .. }
+            | Self::Prepare
+            | Self::Release
+            | Self::ClearFault
+            | Self::Configure(_)
+            | Self::Limit(_)
+            | Self::Save => [None, None],
+        };
+        numbers.into_iter().flatten().find(|number| *number != 0.0)
+    }
+
     /// Whether it drives the arm, which has to be armed.
     pub const fn is_drive(&self) -> bool {
         match self {

@@ -65,6 +65,29 @@ pub enum Motion {
 }
 
 impl Motion {
+    /// First angle in rad other than 0 that it asks of a joint.
+    pub(crate) fn demand_of(&self, joint: usize) -> Option<f32> {
+        let is_demand = |angles: &&[f32; JOINTS]| angles.get(joint).is_some_and(|rad| *rad != 0.0);
+        let angles = match self {
+            Self::MinimumJerk { to_rad, .. } => Some(to_rad).filter(is_demand),
+            Self::Waypoints(vias) => {
+                let vias = vias.iter().map_while(Option::as_ref);
+                vias.map(|via| &via.angle_rad).find(is_demand)
+            }
+            Self::Sinusoid {
+                centre_rad,
+                amplitude_rad,
+                ..
+            }
+            | Self::Chirp {
+                centre_rad,
+                amplitude_rad,
+                ..
+            } => [centre_rad, amplitude_rad].into_iter().find(is_demand),
+        };
+        angles.and_then(|angles| angles.get(joint).copied())
+    }
+
     /// Shape for the planner.
     ///
     /// ```

@@ -29,6 +29,8 @@ fn stand(rig: &mut Rig<'_>, firmware: Firmware, period_us: u32, limits: Limits) 
     };
     assert_eq!(rig.command(Command::Configure(setup)), Ok(()));
     assert_eq!(rig.command(Command::Limit(limits)), Ok(()));
+    // X servos get the watchdog for this period.
+    rig.until("ready", 2_000_000, |rig| rig.mode() == Some(Mode::Idle));
     rig.drive(Command::Regulate([0.0; JOINTS]));
     rig.pass_ms(300);
 }

@@ -46,6 +46,10 @@ impl<K: RecordSink> PlanRunner<K> {
             (BoardMessage::Done | BoardMessage::Refused(_), Phase::SwitchingOff) => {
                 return self.continue_switching_off(now_us);
             }
+            // It searches for its servos again, or makes them ready again, because of the settings.
+            (BoardMessage::Refused(Refusal::NotReady), Phase::Arming) => {
+                self.enter(Phase::WaitingForServos, now_us);
+            }
             (BoardMessage::Refused(refusal), Phase::Arming) => {
                 return Err(refused("arm", *refusal));
             }

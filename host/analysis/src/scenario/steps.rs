@@ -4,6 +4,7 @@ use armbridge_client::params;
 use armbridge_control::trajectory::WAYPOINTS_MAX;
 use armbridge_link::message::{Command, Settings};
 use armbridge_link::motion::{Motion, Via};
+use armbridge_servo::JOINTS;
 use toml::Table;
 
 use super::experiment;
@@ -161,12 +162,32 @@ impl DryRun {
                     );
                     return Err(Mistake::new(place.clone(), message));
                 }
+                self.check_joints(&step.action, action_place)?;
                 self.reference.apply(step, &self.settings, action_place)?;
                 self.reference
                     .check_limits(&self.settings.limits, action_place)?;
             }
         }
         Ok(())
+    }
+
+    /// Checks that nothing is asked of a joint that the arm does not have.
+    fn check_joints(&self, action: &Action, place: &KeyPath) -> Result<(), Mistake> {
+        let is_asked = |joint: usize| match action {
+            Action::Command(command) => command.demand_of(joint).is_some(),
+            Action::Stream(points) => points.iter().any(|point| point.angle_rad[joint] != 0.0),
+            Action::Arm | Action::Change(_) => false,
+        };
+        let mut absent = self.settings.setup.arm.joints()..JOINTS;
+        absent
+            .find(|joint| is_asked(*joint))
+            .map_or(Ok(()), |joint| {
+                let message = format!(
+                    "the board's arm has no joint {}: its `arm.l2_m` and `arm.m2_kg` are 0",
+                    joint + 1
+                );
+                Err(Mistake::new(place.clone(), message))
+            })
     }
 }
 

@@ -100,7 +100,7 @@ impl Board {
             Command::Arm { session } => session,
             _ => 0,
         };
-        match validate(command, session, None)? {
+        match validate(command, session, self.config.joints(), None)? {
             ValidatedCommand::Arm => {
                 if moment.mode == Mode::Idle {
                     self.control_loop.energise();

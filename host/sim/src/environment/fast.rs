@@ -77,7 +77,8 @@ impl FastBoard {
             is_driven: self.input.permission == Permission::Drive,
         };
         if self.fault.is_none()
-            && let Ok(ValidatedCommand::Drive(request)) = validate(*command, 0, None)
+            && let Ok(ValidatedCommand::Drive(request)) =
+                validate(*command, 0, self.config.joints(), None)
             && self
                 .control_loop
                 .request(&self.config, &request, now)

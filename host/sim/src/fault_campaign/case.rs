@@ -286,7 +286,8 @@ impl Case {
     /// On a slow bus it may take longer: two ticks, and twice a stop sequence and the rest of
     /// the longest packet that a servo may have been cut off in. Where a client may have set servos
     /// to any speed, the board tries all of them, and a stop sequence at the slowest may be under
-    /// way when the bus comes back.
+    /// way when the bus comes back. An X servo that a board does not reach, as after a reset at
+    /// another speed, is off by its watchdog, in units of 20 ms at least five periods.
     pub fn stop_us(&self) -> u64 {
         let bytes_us = |bytes: u64, baud: u32| bytes * 10_000_000 / u64::from(baud);
         let own_us = bytes_us(2 * (STOP_BYTES + REST_BYTES), self.bus.baud);
@@ -295,7 +296,12 @@ impl Case {
         } else {
             0
         };
-        STOP_US.max(2 * u64::from(self.set_up.period_us) + own_us) + search_us
+        let period_us = u64::from(self.set_up.period_us);
+        let watchdog_us = match self.bus.servos {
+            Firmware::Morpheus | Firmware::Stock => 0,
+            Firmware::XSeries => (5 * period_us).next_multiple_of(20_000),
+        };
+        STOP_US.max(2 * period_us + own_us).max(watchdog_us) + search_us
     }
 
     /// Whether the master receives its echo from the beginning.

@@ -192,24 +192,11 @@ const STOCK: [Expected; 2] = rows! {
 };
 
 /// Rows that differ with X servos.
-///
-/// A servo that has received no intact packet for 20 ms has switched its motor off by its own
-/// watchdog, which the board reads back and names as it names a servo that was reset: both have
-/// let go of their shafts. At periods of 5 and 10 ms that may be before the samples that are
-/// allowed to be missing are used up.
-const X: [Expected; 5] = rows! {
+const X: [Expected; 2] = rows! {
     Kind::ServoReset | Kind::ServosReset => [ServoReset, ServoSilent]
         "it answers as before, but its watchdog, which is volatile, is not set any more";
     Kind::Hot => [Temperature, ServoAlarm]
         "at the servo's own limit it switches off and sets its alert in every reply";
-    Kind::Bytes(BusDirection::ToServos, _) => [SamplesLost, SamplesRare, ServoSilent, Diverged,
-                                               ServoReset]
-        "a servo does not answer a damaged request, nor take the PWM of one; after 20 ms without \
-         an intact packet it is off by its watchdog";
-    Kind::LineLow | Kind::LineHigh => [SamplesLost, ServoSilent, ServoReset]
-        "no servo replies; after 20 ms they are off by their watchdogs";
-    Kind::ServoDeaf => [ServoSilent, ServoReset]
-        "it does not reply; after 20 ms it is off by its watchdog, and says so as soon as it hears";
 };
 
 /// The row of a kind with these servos.
@@ -309,30 +296,6 @@ mod tests {
         for kind in Kind::ALL {
             let rows = TABLE.iter().filter(|row| (row.matches_kind)(kind));
             assert_eq!(rows.count(), 1, "{kind}");
-        }
-    }
-
-    /// A fault that keeps packets from servos may end in their watchdog, which AX-12A have not.
-    #[test]
-    fn a_watchdog_that_lapsed_is_a_right_name_for_x_servos_alone() {
-        for kind in Kind::ALL {
-            let keeps_packets = matches!(
-                kind,
-                Kind::Bytes(BusDirection::ToServos, _)
-                    | Kind::LineLow
-                    | Kind::LineHigh
-                    | Kind::ServoDeaf
-            );
-            let is_right = Firmware::ALL.map(|servos| {
-                let row = expected(kind, servos);
-                row.faults.contains(&ServoReset)
-            });
-            let [first, ..] = is_right;
-            for (servos, is_right) in Firmware::ALL.into_iter().zip(is_right) {
-                let is_x = servos == Firmware::XSeries;
-                let is_expected = if is_x { first || keeps_packets } else { first };
-                assert_eq!(is_right, is_expected, "{kind}, {servos}");
-            }
         }
     }
 }

@@ -78,9 +78,6 @@ const FAST_SET_UPS: [SetUp; 2] = [
 /// Speed of a bus of X servos, with its share of the cases.
 const X_BUSES: [(u32, usize); 4] = [(1_000_000, 3), (4_000_000, 2), (2_000_000, 1), (115_200, 1)];
 
-/// Longest period at which X servos are driven, whose watchdog is 20 ms.
-const X_PERIOD_MAX_US: u32 = 10_000;
-
 /// Servos and the speed of their bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Bus {
@@ -118,7 +115,7 @@ impl Bus {
             Firmware::XSeries => FAST_SET_UPS
                 .into_iter()
                 .chain(SET_UPS)
-                .filter(|set_up| is_possible(set_up) && set_up.period_us <= X_PERIOD_MAX_US)
+                .filter(is_possible)
                 .collect(),
         }
     }

@@ -6,6 +6,7 @@
 
 use crate::tick::limits::REFERENCE_MAX_RAD;
 use crate::tick::{ControlConfig, DriveRequest};
+use armbridge_control::trajectory::Quantity;
 use armbridge_control::trajectory::stream::Point;
 use armbridge_link::limits::hard;
 use armbridge_link::message::{Command, Limits, Refusal};
@@ -38,14 +39,15 @@ pub enum ValidatedCommand {
     Save,
 }
 
-/// Validates a command for this session of the board, and does the work that has no place
-/// in the tick. `arm_refusal` is the reason for which the link's side does not arm now.
+/// Validates a command for this session of the board and an arm of this many joints, and does the
+/// work that has no place in the tick. `arm_refusal` is the reason for which the link's side does not arm now.
 ///
 /// # Errors
 /// The reason for the refusal.
 pub fn validate(
     command: Command,
     session: u32,
+    joints: usize,
     arm_refusal: Option<Refusal>,
 ) -> Result<ValidatedCommand, Refusal> {
     let within = |values: [f32; JOINTS], limit: f32| {
@@ -55,6 +57,14 @@ pub fn validate(
             .all(|value| value.abs() <= limit)
             .then_some(values)
     };
+    if let Some((joint, value)) = beyond(&command, joints) {
+        return Err(Refusal::Beyond {
+            joint: joint as u8,
+            quantity: Quantity::Angle,
+            value,
+            limit: 0.0,
+        });
+    }
     match command {
         Command::Idle => Ok(ValidatedCommand::Idle),
         Command::Park => Ok(ValidatedCommand::Park),
@@ -89,4 +99,9 @@ pub fn validate(
         Command::Limit(_) => Err(Refusal::OutOfRange),
         Command::Save => Ok(ValidatedCommand::Save),
     }
+}
+
+/// What a command asks of a joint that an arm of this many does not have.
+fn beyond(command: &Command, joints: usize) -> Option<(usize, f32)> {
+    (joints..JOINTS).find_map(|joint| Some((joint, command.demand_of(joint)?)))
 }

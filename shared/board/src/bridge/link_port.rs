@@ -220,7 +220,8 @@ impl<'a> LinkPort<'a> {
                     Command::Follow(motion) => Some((sequence, motion)),
                     _ => None,
                 };
-                let validated = validate(command, self.report.session, self.arm_refusal());
+                let (session, joints) = (self.report.session, self.settings.setup.arm.joints());
+                let validated = validate(command, session, joints, self.arm_refusal());
                 let validated = validated
                     .and_then(|validated| self.offer(sequence, command).map(|()| validated));
                 self.request(sequence, validated);

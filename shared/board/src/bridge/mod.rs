@@ -126,7 +126,7 @@ impl<'a, B: Bus> Bridge<'a, B> {
         let servos = ServoIds::from(SERVO_IDS).of_joints(config.joints());
         Ok(Self {
             core: Core::new(&config, now_us),
-            sequencer: BusSequencer::new(bus, servos, now_us),
+            sequencer: BusSequencer::new(bus, servos, config.period_us().get(), now_us),
             mailbox: end.mailbox,
             port: TransparentPort::new(end.client),
             supply: Supply::new(now_us),

@@ -120,8 +120,12 @@ impl<B: Bus> Bridge<'_, B> {
         if self.core.config().joints() != joints {
             self.search_for_joints();
         }
+        let period_us = self.core.config().period_us().get();
+        // Refused while a client has the bus or a search is under way, after which servos are not ready.
+        let is_again =
+            self.sequencer.set_period(period_us) && self.core.apply(Event::Prepare).is_ok();
         self.apply_core_actions();
-        if result.is_ok() && prepares {
+        if (result.is_ok() && prepares) || is_again {
             self.sequencer.prepare();
         } else if result.is_ok() && restores {
             self.sequencer.restore();

@@ -124,9 +124,9 @@ pub struct BusSequencer<B> {
 }
 
 impl<B: Bus> BusSequencer<B> {
-    /// A sequencer for servos with these ids, joint by joint, that begins with the stop
-    /// sequence.
-    pub fn new(bus: B, ids: ServoIds, now_us: u64) -> Self {
+    /// A sequencer for servos with these ids, joint by joint, and ticks of this period, that begins
+    /// with the stop sequence.
+    pub fn new(bus: B, ids: ServoIds, period_us: u32, now_us: u64) -> Self {
         Self {
             master: Master::new(bus, ids),
             ids,
@@ -135,7 +135,7 @@ impl<B: Bus> BusSequencer<B> {
             stops: StopPlan::default(),
             client_speeds: Speeds::new(),
             discovery: Discovery::new(baud_rates_to(B::BAUD_MAX), ids.len()),
-            setup: ServoSetup::default(),
+            setup: ServoSetup::new(period_us),
             health: HealthPoll::default(),
             off: ForceOff::new(ids.len()),
             owner: None,
@@ -317,7 +317,14 @@ impl<B: Bus> BusSequencer<B> {
         }
     }
 
-    /// Makes stock servos ready for torque.
+    /// Sets the period of the ticks. Whether the servos have to be made ready again: the watchdog of
+    /// X servos follows the period.
+    pub(crate) fn set_period(&mut self, period_us: u32) -> bool {
+        let is_other = self.setup.set_period(period_us);
+        is_other && self.is_prepared() && self.firmware() == Firmware::XSeries
+    }
+
+    /// Makes stock and X servos ready for torque.
     pub fn prepare(&mut self) {
         self.set_up(SetupStep::PREPARE);
     }

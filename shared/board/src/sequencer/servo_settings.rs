@@ -8,8 +8,19 @@ use armbridge_servo::{Firmware, protocol1, protocol2};
 /// Status return level with which READ is answered and WRITE is not: the least that a
 /// tick needs.
 pub(super) const LEVEL_READ: u8 = 1;
-/// Silence of the bus after which an X servo switches its motor off, in units of 20 ms.
-pub(super) const WATCHDOG: u8 = 1;
+/// Unit of the watchdog of an X servo in µs (e-Manual, "Bus Watchdog").
+const WATCHDOG_US: u32 = 20_000;
+/// Periods without a packet that the watchdog allows: as many as the board allows samples to be
+/// missing in a row.
+const WATCHDOG_PERIODS: u32 = 5;
+
+/// Silence of the bus after which an X servo switches its motor off, in units of 20 ms: one up to a
+/// period of 4 ms.
+pub(super) fn watchdog(period_us: u32) -> u8 {
+    let units = (WATCHDOG_PERIODS.saturating_mul(period_us)).div_ceil(WATCHDOG_US);
+    // 255 is the mark of a watchdog that has switched off.
+    units.clamp(1, 127) as u8
+}
 
 /// Bytes of the registers that are read, from address 0 on: of an X servo through the goal PWM.
 const IMAGE_BYTES: usize = protocol2::register::GOAL_PWM as usize + 2;
@@ -134,7 +145,7 @@ impl ServoSettings {
             level: byte(registers.level)?,
             torque: byte(registers.torque)?,
             watchdog: if is_stock {
-                WATCHDOG
+                0
             } else {
                 byte(protocol2::register::BUS_WATCHDOG)?
             },
@@ -167,12 +178,17 @@ impl ServoSettings {
     }
 
     /// Whether torque can be enabled without a motion.
-    pub(super) fn are_safe(self) -> bool {
-        self.are_ready() && self.watchdog == WATCHDOG && self.goal_pwm == [0; 2]
+    pub(super) fn are_safe(self, watchdog: u8) -> bool {
+        self.are_ready() && self.has_watchdog(watchdog) && self.goal_pwm == [0; 2]
     }
 
     /// Whether it would obey a torque now.
-    pub(super) fn are_in_force(self) -> bool {
-        self.are_ready() && self.torque == 1 && self.watchdog == WATCHDOG
+    pub(super) fn are_in_force(self, watchdog: u8) -> bool {
+        self.are_ready() && self.torque == 1 && self.has_watchdog(watchdog)
+    }
+
+    /// Whether its watchdog, if it has one, is set to this.
+    fn has_watchdog(self, watchdog: u8) -> bool {
+        self.firmware != Firmware::XSeries || self.watchdog == watchdog
     }
 }

@@ -15,7 +15,7 @@
 //! to 20 ms last, and from then on a servo that receives no packet of its protocol for that long
 //! switches its motor off, whatever has become of board and wire.
 
-use super::servo_settings::{RegisterImage, ServoSettings};
+use super::servo_settings::{RegisterImage, ServoSettings, watchdog};
 use super::setup_step::{RegisterAccess, SavedConfig, SetupGoal, SetupStep, Step};
 use armbridge_servo::master::timing::CONTROL_STEP_US;
 use armbridge_servo::{Firmware, JOINTS, Query, ServoIds};
@@ -39,13 +39,30 @@ pub(super) enum Progress {
 }
 
 /// Set-up of the servos, with their settings as found and as read.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct ServoSetup {
     saved: [SavedConfig; JOINTS],
     image: RegisterImage,
+    /// Watchdog of X servos, in units of 20 ms.
+    watchdog: u8,
 }
 
 impl ServoSetup {
+    /// Nothing is known of the servos; ticks of this period.
+    pub(super) fn new(period_us: u32) -> Self {
+        Self {
+            saved: [SavedConfig::default(); JOINTS],
+            image: RegisterImage::default(),
+            watchdog: watchdog(period_us),
+        }
+    }
+
+    /// Sets the period of the ticks. Whether the watchdog is another one.
+    pub(super) fn set_period(&mut self, period_us: u32) -> bool {
+        let before = core::mem::replace(&mut self.watchdog, watchdog(period_us));
+        before != self.watchdog
+    }
+
     /// The first request from this step on, with its step; joints without a servo have none.
     ///
     /// # Errors
@@ -68,7 +85,7 @@ impl ServoSetup {
     /// The register access of a step; `None` if there is nothing to do.
     fn access(&self, step: SetupStep, firmware: Firmware) -> Option<RegisterAccess> {
         let saved = self.saved.get(step.joint).copied().unwrap_or_default();
-        step.access(firmware, &saved)
+        step.access(firmware, &saved, self.watchdog)
     }
 
     /// Takes the data of the reply to this step, or its absence.
@@ -98,8 +115,8 @@ impl ServoSetup {
             (Step::Read | Step::Reread | Step::Confirm | Step::Verify, Some(settings)) => {
                 let is_check = matches!(step.step, Step::Confirm | Step::Verify);
                 let is_passed = match step.step {
-                    Step::Confirm => settings.are_safe(),
-                    Step::Verify => settings.are_in_force(),
+                    Step::Confirm => settings.are_safe(self.watchdog),
+                    Step::Verify => settings.are_in_force(self.watchdog),
                     _ => true,
                 };
                 if let Some(saved) = self.saved.get_mut(step.joint) {
@@ -144,7 +161,8 @@ impl ServoSetup {
 
     /// Drops the saved settings: the servos are as they were found.
     pub(super) fn clear(&mut self) {
-        *self = Self::default();
+        self.saved = [SavedConfig::default(); JOINTS];
+        self.image = RegisterImage::default();
     }
 }
 
@@ -172,7 +190,7 @@ mod tests {
         is_lost: impl Fn(usize) -> bool,
     ) -> (Vec<(usize, u16)>, Progress) {
         let ids = ServoIds::from([1, 2].map(|id| armbridge_servo::ServoId::new(id).unwrap()));
-        let (mut setup, mut writes) = (ServoSetup::default(), Vec::new());
+        let (mut setup, mut writes) = (ServoSetup::new(1_000), Vec::new());
         let mut end = Progress::Done(SetupGoal::Read);
         for first in [SetupStep::READ, SetupStep::PREPARE] {
             let mut step = first;
@@ -183,7 +201,7 @@ mod tests {
                 };
                 let memory = &mut servos[step.joint];
                 let data = match step
-                    .access(Firmware::Stock, &setup.saved[step.joint])
+                    .access(Firmware::Stock, &setup.saved[step.joint], 1)
                     .unwrap()
                 {
                     RegisterAccess::Read(..) => Some(&memory[5..25]),

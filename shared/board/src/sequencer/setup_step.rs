@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use super::servo_settings::{LEVEL_READ, Registers, ServoSettings, WATCHDOG};
+use super::servo_settings::{LEVEL_READ, Registers, ServoSettings};
 use armbridge_servo::{Firmware, JOINTS, Query, protocol1, protocol2};
 
 /// Most repetitions of the steps of servos that are not ready after them: a write was lost,
@@ -185,7 +185,12 @@ impl SetupStep {
     }
 
     /// The register access of this step; `None` if there is nothing to do.
-    pub(super) fn access(self, firmware: Firmware, saved: &SavedConfig) -> Option<RegisterAccess> {
+    pub(super) fn access(
+        self,
+        firmware: Firmware,
+        saved: &SavedConfig,
+        watchdog: u8,
+    ) -> Option<RegisterAccess> {
         let registers = Registers::of(firmware)?;
         let write = |address, data: &[u8]| {
             Vec::from_slice(data)
@@ -204,7 +209,7 @@ impl SetupStep {
             }
             Step::EnableReplies => write(registers.level, &[LEVEL_READ]),
             Step::WatchdogOff => write_watchdog(0),
-            Step::Watchdog => write_watchdog(WATCHDOG),
+            Step::Watchdog => write_watchdog(watchdog),
             Step::ZeroDuty => match firmware {
                 Firmware::Morpheus => None,
                 // The torque limit is the next register: a shutdown has left it at 0.

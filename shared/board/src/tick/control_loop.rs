@@ -216,7 +216,6 @@ impl ControlLoop {
         request: &DriveRequest,
         now: Instant,
     ) -> Result<(), Refusal> {
-        request.check_joints(config.joints())?;
         match *request {
             DriveRequest::Torque(torque_nm) => {
                 self.begin_drive(now);

@@ -6,10 +6,9 @@
 
 use super::reference::TimedTrajectory;
 use armbridge_control::check_word::{CheckWord, CodeTable, checked};
-use armbridge_control::trajectory::Quantity;
 use armbridge_control::trajectory::stream::Point;
 use armbridge_link::experiment::Experiment;
-use armbridge_link::message::{Drive, Refusal};
+use armbridge_link::message::Drive;
 use armbridge_servo::JOINTS;
 
 /// Request of the host that drives the arm, within its bounds.
@@ -31,44 +30,6 @@ pub enum DriveRequest {
     Experiment(Experiment),
     /// Make the arm weightless, for a hand to lead.
     Float,
-}
-
-impl DriveRequest {
-    /// Checks that the request drives only the joints of an arm with so many.
-    ///
-    /// # Errors
-    /// [`Refusal::Beyond`] 0 for the joint that the arm does not have.
-    pub(super) fn check_joints(&self, joints: usize) -> Result<(), Refusal> {
-        let Some(joint) = (joints..JOINTS).next() else {
-            return Ok(());
-        };
-        let ends = match self {
-            Self::Torque(values) | Self::Regulate(values) => [values.get(joint).copied(), None],
-            Self::Follow(motion) => [motion.trajectory.end().get(joint).copied(), None],
-            Self::Stream(point) => [
-                point.q.get(joint).copied(),
-                point.dq.and_then(|dq| dq.get(joint).copied()),
-            ],
-            Self::Experiment(plan)
-                if plan
-                    .roles
-                    .get(joint)
-                    .is_some_and(|role| role.signal().is_some()) =>
-            {
-                [Some(f32::INFINITY), None]
-            }
-            Self::Experiment(_) | Self::Float => [None; 2],
-        };
-        let beyond = ends.into_iter().flatten().find(|value| *value != 0.0);
-        beyond.map_or(Ok(()), |value| {
-            Err(Refusal::Beyond {
-                joint: joint as u8,
-                quantity: Quantity::Angle,
-                value,
-                limit: 0.0,
-            })
-        })
-    }
 }
 
 /// See the [module](self).
