@@ -97,7 +97,7 @@ impl ControlLoop {
         if !self.source.rest.is_some_and(|rest| rest.is_long(acts_us)) {
             return None;
         }
-        if joint + 1 == config.joints() {
+        if joint + 1 >= config.joints().min(JOINTS) {
             return Some(Fallback::Parked);
         }
         self.lower(joint + 1, estimated, acts_us);
