@@ -176,7 +176,7 @@ impl Arm {
     fn hold(&mut self, view: &mut View<'_>, since_tick: u32) {
         let status = view.session.status();
         if let (Some(settings), Some(record)) = (status.settings, status.record) {
-            let ticks = record.tick.wrapping_sub(since_tick);
+            let ticks = record.tick.saturating_sub(since_tick);
             self.held = Duration::from_micros(settings.setup.period_us.into()) * ticks;
         }
         if let (Some(place), Some(record)) = (self.held_at_rad, status.record) {
