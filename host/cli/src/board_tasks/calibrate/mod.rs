@@ -7,20 +7,25 @@
 //! are the nominal ones of the servos' model, which the person names. On request, and after a
 //! question, each motor pushes once, gently, to show that it turns the way its encoder counts.
 //!
-//! | module    | what                                          |
-//! |-----------|-----------------------------------------------|
-//! | `measure` | from counts to zero and sign, or why not      |
-//! | `motor`   | one push, and what it moved                   |
-//! | `nominal` | the nominal calibration of a model            |
+//! | module     | what                                          |
+//! |------------|-----------------------------------------------|
+//! | `guide`    | the dialogue with the person                  |
+//! | `measure`  | from counts to zero and sign, or why not      |
+//! | `motor`    | one push, and what it moved                   |
+//! | `nominal`  | the nominal calibration of a model            |
+//! | `unusable` | reasons against a measurement or an answer    |
 
+mod guide;
 mod measure;
 mod motor;
 mod nominal;
 #[cfg(test)]
 mod tests;
+mod unusable;
 
-pub use measure::Unusable;
+pub use guide::Guide;
 pub use motor::MotorError;
+pub use unusable::Unusable;
 
 use armbridge_client::ctrl_c;
 use armbridge_client::session::{ARM_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
@@ -37,35 +42,6 @@ use motor::Motor;
 const SHOW_US: u64 = 100_000;
 /// Number of failed measurements after which the calibration ends.
 const ATTEMPTS: u32 = 3;
-
-/// The dialogue with the person.
-pub trait Guide {
-    /// Prints a line: an instruction or a question.
-    fn say(&mut self, line: &str);
-
-    /// Shows where the arm is; replaces what was shown before.
-    fn show(&mut self, line: &str);
-
-    /// The next answer, if there is one.
-    ///
-    /// # Errors
-    /// If no answer can come.
-    fn answer(&mut self) -> Result<Option<String>, TaskError>;
-}
-
-impl<G: Guide + ?Sized> Guide for &mut G {
-    fn say(&mut self, line: &str) {
-        (**self).say(line);
-    }
-
-    fn show(&mut self, line: &str) {
-        (**self).show(line);
-    }
-
-    fn answer(&mut self) -> Result<Option<String>, TaskError> {
-        (**self).answer()
-    }
-}
 
 /// Extent of a calibration.
 #[derive(Clone, Copy, Debug)]
@@ -204,15 +180,13 @@ impl<G: Guide> Calibrate<G> {
             self.ask_for_model();
             return Ok(());
         };
+        let calibration = nominal::calibration(model);
         self.guide.say(&format!(
             "{}: {:.2} N m at full PWM and {} V (e-Manual), {:.0} PWM counts per N m. At another \
              supply, or for control by an identified arm: armbridge identify run.",
-            model.name,
-            model.stall_nm,
-            model.nominal_v,
-            nominal::calibration(model).gain_counts_per_nm
+            model.name, model.stall_nm, model.nominal_v, calibration.gain_counts_per_nm
         ));
-        self.begin_with(nominal::calibration(model));
+        self.begin_with(calibration);
         Ok(())
     }
 
