@@ -175,7 +175,10 @@ impl DryRun {
     fn check_joints(&self, action: &Action, place: &KeyPath) -> Result<(), Mistake> {
         let is_asked = |joint: usize| match action {
             Action::Command(command) => command.demand_of(joint).is_some(),
-            Action::Stream(points) => points.iter().any(|point| point.angle_rad[joint] != 0.0),
+            Action::Stream(points) => points.iter().any(|point| {
+                let speed_rad_s = point.speed_rad_s.map_or(0.0, |speeds| speeds[joint]);
+                point.angle_rad[joint] != 0.0 || speed_rad_s != 0.0
+            }),
             Action::Arm | Action::Change(_) => false,
         };
         let mut absent = self.settings.setup.arm.joints()..JOINTS;
