@@ -1,6 +1,7 @@
 //! Settings of stock and X servos that a set-up changes: their registers, as data, and what they
 //! are in a servo that is ready for torque.
 
+use crate::tick::limits::ROW_TICKS;
 use armbridge_servo::master::timing::RETURN_DELAY_US;
 use armbridge_servo::protocol2::model::OperatingMode;
 use armbridge_servo::{Firmware, protocol1, protocol2};
@@ -10,16 +11,14 @@ use armbridge_servo::{Firmware, protocol1, protocol2};
 pub(super) const LEVEL_READ: u8 = 1;
 /// Unit of the watchdog of an X servo in µs (e-Manual, "Bus Watchdog").
 const WATCHDOG_US: u32 = 20_000;
-/// Periods without a packet that the watchdog allows: as many as the board allows samples to be
-/// missing in a row.
-const WATCHDOG_PERIODS: u32 = 5;
+/// Largest setting of the watchdog, in units.
+const WATCHDOG_MAX: u32 = 127;
 
-/// Silence of the bus after which an X servo switches its motor off, in units of 20 ms: one up to a
-/// period of 4 ms.
+/// Silence of the bus after which an X servo switches its motor off, in units of 20 ms: not before
+/// the board does, which allows [`ROW_TICKS`] samples to be missing. One up to a period of 4 ms.
 pub(super) fn watchdog(period_us: u32) -> u8 {
-    let units = (WATCHDOG_PERIODS.saturating_mul(period_us)).div_ceil(WATCHDOG_US);
-    // 255 is the mark of a watchdog that has switched off.
-    units.clamp(1, 127) as u8
+    let units = ROW_TICKS.saturating_mul(period_us).div_ceil(WATCHDOG_US);
+    units.clamp(1, WATCHDOG_MAX) as u8
 }
 
 /// Bytes of the registers that are read, from address 0 on: of an X servo through the goal PWM.

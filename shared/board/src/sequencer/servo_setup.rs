@@ -12,7 +12,7 @@
 //! release, until reset.
 //!
 //! An X servo has a PWM control mode, which is EEPROM too, and a watchdog of the bus: it is set
-//! to 20 ms last, and from then on a servo that receives no packet of its protocol for that long
+//! last, by the period of the ticks, and from then on a servo that receives no packet of its protocol for that long
 //! switches its motor off, whatever has become of board and wire.
 
 use super::servo_settings::{RegisterImage, ServoSettings, watchdog};

@@ -29,6 +29,10 @@ pub const PERIOD_MAX_US: u32 = 100_000;
 /// of a second that this takes at longer ones.
 pub const CHECK_PERIOD_MAX_US: u32 = 10_000;
 
+/// Least number of consecutive ticks without a sample after which torque goes off, at any period: on
+/// a line that damages one reply in five, five in a row are one in 3000.
+pub const ROW_TICKS: u32 = 5;
+
 /// Longest duration of a park in µs: 7 s for the longest motion, 10 s for each joint from upright.
 pub const PARK_US: u64 = 28_000_000;
 

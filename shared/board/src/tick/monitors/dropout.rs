@@ -5,16 +5,13 @@
 //! estimator predicts through shorter dropouts.
 
 use super::debounce::ticks;
+use crate::tick::limits::ROW_TICKS;
 use armbridge_control::check_word::checked;
 use armbridge_link::fault::Fault;
 use armbridge_link::limits::Limits;
 use armbridge_link::message::Missing;
 use armbridge_link::record::Violation;
 use armbridge_servo::JOINTS;
-
-/// Least number of consecutive ticks without a sample, at any period: on a line that
-/// damages one reply in five, five in a row are one in 3000.
-const ROW_TICKS: u32 = 5;
 
 /// Number of parts of the window of a share, the last of them growing: no history of
 /// single ticks is needed.
