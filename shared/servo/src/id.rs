@@ -45,7 +45,7 @@ pub struct ServoIds {
 }
 
 impl ServoIds {
-    /// The first of these servos: so many, within one and all.
+    /// The first `count` of these servos, at least one.
     #[must_use]
     pub fn of_joints(self, count: usize) -> Self {
         let count = count.clamp(1, JOINTS);

@@ -82,13 +82,13 @@ pub enum Key {
     Ring(&'static str),
 }
 
-/// Height in px of a figure with one panel for each of so many joints.
+/// Height in px of a figure with one panel for each of this number of joints.
 pub(super) fn height(joints: usize) -> f64 {
     100.0 + 270.0 * joints as f64
 }
 
 impl Panel {
-    /// Draws the frame of a joint's angle over time, one of so many joints from above.
+    /// Draws the frame of a joint's angle over time, one of `joints` from above.
     pub fn angle(drawing: &mut Drawing, joint: usize, joints: usize, x: Axis, y: Axis) -> Self {
         let panel = Self {
             frame: Rect::row(78.0 + 270.0 * joint as f64, 224.0),

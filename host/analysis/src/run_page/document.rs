@@ -92,7 +92,7 @@ fn totals(run: &Collected) -> String {
     )
 }
 
-/// The arm of so many joints beside the curves, whose points stand for some ticks each.
+/// The arm with this number of joints beside the curves, whose points stand for some ticks each.
 fn stage(every: usize, joints: usize) -> Markup {
     let views = [("three", "3D"), ("front", "joint 1"), ("side", "joint 2")];
     let views = views.into_iter().take(1 + joints);

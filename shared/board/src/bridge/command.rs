@@ -39,8 +39,9 @@ pub enum ValidatedCommand {
     Save,
 }
 
-/// Validates a command for this session of the board and an arm of this many joints, and does the
-/// work that has no place in the tick. `arm_refusal` is the reason for which the link's side does not arm now.
+/// Validates a command for this session of the board and an arm with this number of joints, and
+/// does the work that has no place in the tick. `arm_refusal` is the reason for which the link's
+/// side does not arm now.
 ///
 /// # Errors
 /// The reason for the refusal.
@@ -101,7 +102,7 @@ pub fn validate(
     }
 }
 
-/// What a command asks of a joint that an arm of this many does not have.
+/// What a command asks of a joint that an arm with this number of joints does not have.
 fn beyond(command: &Command, joints: usize) -> Option<(usize, f32)> {
     (joints..JOINTS).find_map(|joint| Some((joint, command.demand_of(joint)?)))
 }

@@ -44,7 +44,7 @@ pub(super) enum Next {
 }
 
 impl Discovery {
-    /// A search for so many servos at these baud rates, the likeliest first.
+    /// A search for this number of servos at these baud rates, the likeliest first.
     pub(super) fn new(rates: &'static [u32], servos: usize) -> Self {
         Self {
             rates,

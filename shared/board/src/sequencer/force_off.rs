@@ -97,7 +97,7 @@ impl Evidence {
     }
 }
 
-/// No evidence of so many servos; a joint without a servo has no motor that could be on.
+/// No evidence of the first `servos`; a joint without a servo has no motor that could be on.
 fn unknown(servos: usize) -> [Evidence; JOINTS] {
     let absent = Evidence::Off {
         read_us: None,
@@ -153,7 +153,7 @@ pub(super) struct ForceOff {
 }
 
 impl ForceOff {
-    /// So many servos, of which nothing is known, and no order to switch them off.
+    /// This number of servos, of which nothing is known, and no order to switch them off.
     pub(super) fn new(servos: usize) -> Self {
         Self {
             servos,

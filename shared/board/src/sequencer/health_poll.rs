@@ -126,7 +126,7 @@ impl HealthPoll {
         Some((HealthRequest::Temperature { joint }, may_be_late))
     }
 
-    /// Notes that the request has been sent to one of so many servos.
+    /// Notes that the request has been sent to one of this number of servos.
     pub(super) fn note_sent(&mut self, request: HealthRequest, now_us: u64, servos: usize) {
         match request {
             HealthRequest::Temperature { joint } => {

@@ -183,7 +183,7 @@ impl MotorCheck {
         CheckStep::Torque(self.gravity_nm + torque_nm * sign)
     }
 
-    /// Whether the check has moved each of so many joints, by enough torque to tell them apart.
+    /// Whether the check has moved each of the arm's joints, by enough torque to tell them apart.
     pub(super) fn is_conclusive(&self, joints: usize) -> bool {
         let mut responses = self.responses.iter().take(joints);
         responses.all(|response| response.is_conclusive() && response.ratio() > MOVED)

@@ -267,7 +267,7 @@ pub(crate) fn ends_with_part(bytes: usize, servos: usize) -> bool {
     (1..servos).any(|servos| bytes == positions_bytes(servos))
 }
 
-/// Bytes of the reply of so many servos to a tick's `FAST_SYNC_READ`.
+/// Bytes of the reply of this number of servos to a tick's `FAST_SYNC_READ`.
 pub(crate) const fn positions_bytes(servos: usize) -> usize {
     FastStatus::packet_bytes(servos, POSITION_BYTES as usize)
 }

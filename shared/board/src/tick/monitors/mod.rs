@@ -205,7 +205,7 @@ impl Monitors {
         }
     }
 
-    /// The first of so many joints whose encoder has not shown its noise.
+    /// The first joint, of this number, whose encoder has not shown its noise.
     pub(super) fn unknown_encoder(&self, joints: usize) -> Option<u8> {
         let mut noise = (0..).zip(&self.noise).take(joints);
         let unknown = noise.find(|(_, noise)| !noise.is_known());
