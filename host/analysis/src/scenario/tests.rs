@@ -75,6 +75,11 @@ fn mistakes_have_a_place_and_say_what_is_right() {
             "8:9",
             "`setup.period_us` of at most 5000",
         ),
+        (
+            "[set]\narm = { l2_m = 0, m2_kg = 0 }\n[[step]]\nat_s = 1\nregulate_rad = [0, 0.1]",
+            "8:16",
+            "the board's arm has no joint 2",
+        ),
         ("[set]\ncontroller.kwind = 3", "5:20", "`controller.kind`"),
         ("[set]\nlimits.silence_ms = -3", "5:21", "limits.silence_ms"),
         (

@@ -158,11 +158,7 @@ impl<G: Guide> Calibrate<G> {
         match self.encoder {
             Encoder::Ax12a => self.begin_with(Joint::paper()),
             Encoder::XSeries => {
-                self.guide.say(&format!(
-                    "The board's calibration is of other servos. Model of these, as printed on \
-                     them [{}]",
-                    nominal::names()
-                ));
+                self.guide.say(&nominal::question());
                 self.step = Step::Model;
             }
         }
@@ -180,13 +176,8 @@ impl<G: Guide> Calibrate<G> {
             self.ask_for_model();
             return Ok(());
         };
-        let calibration = nominal::calibration(model);
-        self.guide.say(&format!(
-            "{}: {:.2} N m at full PWM and {} V (e-Manual), {:.0} PWM counts per N m. At another \
-             supply, or for control by an identified arm: armbridge identify run.",
-            model.name, model.stall_nm, model.nominal_v, calibration.gain_counts_per_nm
-        ));
-        self.begin_with(calibration);
+        self.guide.say(&nominal::description(model));
+        self.begin_with(nominal::calibration(model));
         Ok(())
     }
 

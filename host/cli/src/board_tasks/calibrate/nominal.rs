@@ -11,9 +11,24 @@ use armbridge_servo::protocol2::model::{MODELS, Model};
 /// PWM counts of full duty either way.
 const FULL_COUNTS: f32 = 1_000.0;
 
-/// Names of the models, for a question.
-pub(super) fn names() -> String {
-    MODELS.map(|model| model.name).join(", ")
+/// Asks for the model.
+pub(super) fn question() -> String {
+    format!(
+        "The board's calibration is of other servos. Model of these, as printed on them [{}]",
+        MODELS.map(|model| model.name).join(", ")
+    )
+}
+
+/// What its calibration begins with.
+pub(super) fn description(model: &Model) -> String {
+    format!(
+        "{}: {:.2} N m at full PWM and {} V (e-Manual), {:.0} PWM counts per N m. At another supply, \
+         or for control by an identified arm: armbridge identify run.",
+        model.name,
+        model.stall_nm,
+        model.nominal_v,
+        calibration(model).gain_counts_per_nm
+    )
 }
 
 /// The one model whose name begins with this, in letters of either case.
