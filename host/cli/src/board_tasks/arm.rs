@@ -6,7 +6,7 @@ mod outcome;
 use std::time::Duration;
 
 use armbridge_client::ctrl_c;
-use armbridge_client::session::{ARM_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
+use armbridge_client::session::{Request, SERVO_TIMEOUT_US};
 use armbridge_client::status::{BoardStatus, FoundServos};
 use armbridge_link::message::{BoardReport, Command, Mode, Refusal};
 use armbridge_servo::JOINTS;
@@ -261,8 +261,8 @@ impl Task for Arm {
                     return Err(TaskError::NoWheelMode(status.obstacle));
                 }
             }
-            Step::Arming(since_us) => match view.session.take_answer() {
-                Some(Ok(())) => {
+            Step::Arming(since_us) => {
+                if view.is_acknowledged(since_us, "the board refused to arm")? {
                     self.report = view.session.status().report;
                     (self.record_times.at_us, self.record_times.armed_us) = (now_us, now_us);
                     self.step = Step::Holding(latest_tick(&view));
@@ -272,38 +272,17 @@ impl Task for Arm {
                         self.step = Step::Engaging(now_us, record.output.angle_rad);
                     }
                 }
-                Some(Err(refusal)) => {
-                    return Err(TaskError::Refused {
-                        result: "the board refused to arm",
-                        refusal,
-                    });
-                }
-                None if now_us.saturating_sub(since_us) > ARM_TIMEOUT_US => {
-                    return Err(TaskError::NoAnswer);
-                }
-                None => {}
-            },
+            }
             Step::Engaging(since_us, place) => {
                 if let Some(outcome) = self.misfortune(&view) {
                     self.end(&mut view, outcome);
                     return Ok(());
                 }
-                match view.session.take_answer() {
-                    Some(Ok(())) => {
-                        self.held_at_rad = Some(place);
-                        self.step = Step::Holding(latest_tick(&view));
-                    }
-                    Some(Err(refusal)) => {
-                        return Err(TaskError::Refused {
-                            result: "the board refused to hold the arm",
-                            refusal,
-                        });
-                    }
-                    None if ctrl_c::is_raised() => self.end(&mut view, Outcome::Disarmed),
-                    None if now_us.saturating_sub(since_us) > ARM_TIMEOUT_US => {
-                        return Err(TaskError::NoAnswer);
-                    }
-                    None => {}
+                if view.is_acknowledged(since_us, "the board refused to hold the arm")? {
+                    self.held_at_rad = Some(place);
+                    self.step = Step::Holding(latest_tick(&view));
+                } else if ctrl_c::is_raised() {
+                    self.end(&mut view, Outcome::Disarmed);
                 }
             }
             Step::Holding(since_tick) => match self.misfortune(&view) {

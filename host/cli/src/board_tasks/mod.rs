@@ -20,7 +20,7 @@ pub mod status;
 pub use error::TaskError;
 
 use armbridge_client::Host;
-use armbridge_client::session::{Request, Session};
+use armbridge_client::session::{ARM_TIMEOUT_US, Request, Session};
 use armbridge_client::transport::Intent;
 use armbridge_link::message::Command;
 use armbridge_link::server::LinkRole;
@@ -38,6 +38,23 @@ pub struct View<'a> {
     /// The session with the board; [`Request::Leave`](armbridge_client::session::Request)
     /// ends the task.
     pub session: &'a mut Session,
+}
+
+impl View<'_> {
+    /// Whether the board has acknowledged the request made at `since_us`.
+    fn is_acknowledged(&mut self, since_us: u64, refused: &'static str) -> Result<bool, TaskError> {
+        match self.session.take_answer() {
+            Some(Ok(())) => Ok(true),
+            Some(Err(refusal)) => Err(TaskError::Refused {
+                result: refused,
+                refusal,
+            }),
+            None if self.now_us.saturating_sub(since_us) > ARM_TIMEOUT_US => {
+                Err(TaskError::NoAnswer)
+            }
+            None => Ok(false),
+        }
+    }
 }
 
 /// One thing to do.

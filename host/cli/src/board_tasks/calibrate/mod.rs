@@ -28,7 +28,7 @@ pub use motor::MotorError;
 pub use unusable::Unusable;
 
 use armbridge_client::ctrl_c;
-use armbridge_client::session::{ARM_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
+use armbridge_client::session::{Request, SERVO_TIMEOUT_US};
 use armbridge_control::actuator::Joint;
 use armbridge_control::encoder::Encoder;
 use armbridge_link::message::{Command, Mode, Settings, Setup};
@@ -354,7 +354,7 @@ impl<G: Guide> Task for Calibrate<G> {
                 Some(_) => return Err(TaskError::NotConfirmed),
             },
             Step::Configuring(since_us) => {
-                if answer(&mut view, since_us, "the board refused the set-up")? {
+                if view.is_acknowledged(since_us, "the board refused the set-up")? {
                     self.after_motor(&mut view, 0);
                 } else {
                     self.step = Step::Configuring(since_us);
@@ -368,7 +368,7 @@ impl<G: Guide> Task for Calibrate<G> {
                 }
             }
             Step::Saving(since_us) => {
-                if answer(&mut view, since_us, "the board refused to save")? {
+                if view.is_acknowledged(since_us, "the board refused to save")? {
                     self.step = Step::Over;
                     view.session.request(view.now_us, Request::Leave);
                 } else {
@@ -386,18 +386,5 @@ impl<G: Guide> Task for Calibrate<G> {
                 .say("The link broke: the calibration starts again.");
             self.step = Step::Waiting;
         }
-    }
-}
-
-/// Whether the board has acknowledged the request made at `since_us`.
-fn answer(view: &mut View<'_>, since_us: u64, refused: &'static str) -> Result<bool, TaskError> {
-    match view.session.take_answer() {
-        Some(Ok(())) => Ok(true),
-        Some(Err(refusal)) => Err(TaskError::Refused {
-            result: refused,
-            refusal,
-        }),
-        None if view.now_us.saturating_sub(since_us) > ARM_TIMEOUT_US => Err(TaskError::NoAnswer),
-        None => Ok(false),
     }
 }

@@ -9,7 +9,7 @@ use armbridge_control::actuator::{Direction, Joint};
 use armbridge_link::message::{Command, Limits, Mode, Trip};
 use armbridge_servo::JOINTS;
 
-use super::{Guide, answer};
+use super::Guide;
 use crate::board_tasks::{TaskError, View};
 
 /// PWM counts of the push: a tenth of full duty, and so of the stall torque; of an AX-12A 0.12 N m,
@@ -133,7 +133,7 @@ impl Motor {
                 Some(_) => return Err(MotorError::Declined.into()),
             },
             (Step::Limiting(since_us), _) => {
-                if answer(view, since_us, "the board refused the limits")? {
+                if view.is_acknowledged(since_us, "the board refused the limits")? {
                     if !is_ready {
                         view.session
                             .request(now_us, Request::Command(Command::Prepare));
@@ -151,7 +151,7 @@ impl Motor {
                 }
             }
             (Step::Arming(since_us), Some(count)) => {
-                if answer(view, since_us, "the board refused the arming")? {
+                if view.is_acknowledged(since_us, "the board refused the arming")? {
                     let mut torque_nm = [0.0; JOINTS];
                     torque_nm[self.joint] = PUSH_COUNTS / self.calibration.gain_counts_per_nm;
                     let push = Command::Torque(torque_nm);
@@ -166,13 +166,13 @@ impl Motor {
                 self.step = Step::Stopping(now_us);
             }
             (Step::Stopping(since_us), _) => {
-                if answer(view, since_us, "the board refused the disarming")? {
+                if view.is_acknowledged(since_us, "the board refused the disarming")? {
                     self.limit(view, self.check_rad_s2);
                     self.step = Step::Restoring(now_us);
                 }
             }
             (Step::Restoring(since_us), _) => {
-                if answer(view, since_us, "the board refused the limits")? {
+                if view.is_acknowledged(since_us, "the board refused the limits")? {
                     self.check(guide)?;
                     return Ok(true);
                 }
