@@ -137,6 +137,11 @@ impl Keys {
             self.note = Some("this program observes, and does not command; space still stops");
             return vec![];
         }
+        let is_of_joint_2 = matches!(key.code, KeyCode::Char('2') | KeyCode::Up | KeyCode::Down);
+        if is_of_joint_2 && model.board.joints() < JOINTS {
+            self.note = Some("this arm has one joint");
+            return vec![];
+        }
         let act = match key.code {
             KeyCode::Char('q') => Some(Action::Quit),
             KeyCode::Char('?') => {

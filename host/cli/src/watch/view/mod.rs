@@ -20,7 +20,6 @@ mod theme;
 
 use armbridge_link::message::Refusal;
 use armbridge_log::text_table;
-use armbridge_servo::JOINTS;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
@@ -61,10 +60,11 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model, keys: &Keys, link_name: &str) 
     .areas(area);
     frame.render_widget(head::title(model, keys.role, link_name, area.width), title);
     frame.render_widget(Text::from(state), top);
-    let panels: [Rect; JOINTS] =
-        Layout::horizontal([Constraint::Ratio(1, JOINTS as u32); JOINTS]).areas(joints);
-    for (number, panel) in panels.into_iter().enumerate() {
-        joint::draw(frame, panel, model, number);
+    let count = model.board.joints();
+    let share = Constraint::Ratio(1, count as u32);
+    let panels = Layout::horizontal((0..count).map(|_| share)).split(joints);
+    for (number, panel) in panels.iter().enumerate() {
+        joint::draw(frame, *panel, model, number);
     }
     let [left, middle, right] = Layout::horizontal([
         Constraint::Ratio(26, 80),

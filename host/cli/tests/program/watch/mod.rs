@@ -270,6 +270,27 @@ fn an_arm_that_lies_beyond_its_limit_can_be_lifted_and_the_screen_says_so() {
 }
 
 #[test]
+fn an_arm_of_one_joint_has_one_panel_and_no_keys_of_the_other() {
+    let mut model = regulated(nudge(9 * S), 3 * S);
+    let mut settings = model.board.settings.unwrap();
+    (settings.setup.arm.l2, settings.setup.arm.m2) = (0.0, 0.0);
+    let kind = EventKind::Received(0, ToHost::Settings(settings));
+    let host_ns = 3 * S;
+    model.take(&Event { host_ns, kind });
+    let drawn = screen(&model, &Keys::new(true), (100, 30));
+    assert!(
+        drawn.contains("joint 1  ") && !drawn.contains("joint 2"),
+        "{drawn}"
+    );
+    let mut keys = Keys::new(true);
+    assert_eq!(press(&mut keys, KeyCode::Right, &model).len(), 1);
+    for code in [KeyCode::Up, KeyCode::Char('2')] {
+        assert_eq!(press(&mut keys, code, &model), []);
+        assert_eq!(keys.note.take(), Some("this arm has one joint"));
+    }
+}
+
+#[test]
 fn a_screen_that_is_too_small_says_so_and_still_tells_a_fault() {
     let model = regulated(shove(6 * S), 7 * S);
     let drawn = screen(&model, &Keys::default(), (60, 12));
