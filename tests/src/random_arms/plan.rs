@@ -5,7 +5,7 @@ use armbridge_analysis::plan_runner::plan::InitialSettings;
 use armbridge_analysis::scenario::{Overrides, Scenario};
 use armbridge_board::bridge::Channels;
 use armbridge_client::Host;
-use armbridge_link::message::{Limits, Record, Settings, Setup};
+use armbridge_link::message::{Record, Settings, Setup};
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::{Cosim, CosimError};
@@ -25,13 +25,10 @@ fn load(board: Option<&Settings>) -> Scenario {
     Scenario::load("identify", &overrides).unwrap()
 }
 
-/// Records of a board with this set-up that performs the plan that ships. The motors of an arm that
-/// is not known yet are not compared with its model.
+/// Records of a board with this set-up that performs the plan that ships, within the limits of the
+/// plan.
 pub fn perform(setup: Setup, config: &PlantConfig, seed: u64) -> Vec<Record> {
-    let limits = Limits {
-        check_rad_s2: 0,
-        ..Limits::default()
-    };
+    let limits = load(None).settings.limits;
     let settings = Settings { setup, limits };
     let mut plan = load(Some(&settings)).plan;
     plan.begin = InitialSettings::Fixed(Box::new(settings));
