@@ -40,6 +40,8 @@ pub struct Tally {
     bus_us: Counts,
     compute_ns: Counts,
     missed_ticks: u32,
+    /// The board's count at the first tick.
+    missed_before: u32,
     missing: BTreeMap<&'static str, u64>,
     fault: Option<Fault>,
     faults: Vec<FaultSummary>,
@@ -64,6 +66,7 @@ impl Tally {
     pub fn add(&mut self, record: &Record) {
         if self.ticks == 0 {
             self.origin_us = record.input.start_us;
+            self.missed_before = record.timing.missed;
         }
         self.ticks += 1;
         self.last_us = record.input.start_us;
@@ -262,7 +265,7 @@ impl Tally {
             bus_us,
             bus_occupancy_percent: bus_us.mean / f64::from(facts.period_us) * 100.0,
             compute_ns: (!self.compute_ns.is_empty()).then(|| self.compute_ns.spread()),
-            missed_ticks: self.missed_ticks,
+            missed_ticks: self.missed_ticks.saturating_sub(self.missed_before),
             missing_samples: self.missing.clone(),
             faults: self.faults.clone(),
             records: link,
