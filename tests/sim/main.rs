@@ -5,6 +5,7 @@
 mod calibration;
 mod closed_loop;
 mod control;
+mod current_control;
 mod endurance;
 mod experiments;
 mod fall;

@@ -26,7 +26,7 @@ fn setup() -> Setup {
 }
 
 /// A register of a servo on the bench.
-fn register_of(bench: &Bench, servo: usize, address: u16) -> i32 {
+pub(super) fn register_of(bench: &Bench, servo: usize, address: u16) -> i32 {
     match &bench.servos()[servo] {
         Device::X(servo) => servo.register(address).expect("a register"),
         Device::Morpheus(_) | Device::Stock(_) => panic!("an X servo"),

@@ -39,7 +39,7 @@ pub enum Obstacle {
         /// Reason for the missing reply.
         missing: Missing,
     },
-    /// Stock servos are not in wheel mode, those of the X series not in PWM control mode.
+    /// Stock servos are not in wheel mode, those of the X series not in the board's control mode.
     #[error("the servos are not set up for torque")]
     NotReady,
     /// The servos run different firmwares.
@@ -47,10 +47,11 @@ pub enum Obstacle {
         "servo 1 runs {0} and servo 2 {1}: they disturb each other on one bus; flash both alike"
     )]
     Mixed(Firmware, Firmware),
-    /// A stock servo rejects its settings.
+    /// A stock or X servo rejects its settings.
     #[error(
-        "servo {} answers, but cannot be set to wheel mode: is its EEPROM locked? Switch its \
-         power off and on", u32::from(*.0) + 1
+        "servo {} answers, but does not take the settings for torque: is its EEPROM locked? Switch its \
+         power off and on. With `setup.control_mode` \"current\" it must be an X servo that measures \
+         its current, with a current limit of at least `limits.pwm_counts`", u32::from(*.0) + 1
     )]
     Unprepared(u8),
 }

@@ -45,7 +45,9 @@ impl Bench {
         let absent = plant.joints()..JOINTS;
         let servos = servos.iter().enumerate();
         let servos = servos.filter(|(servo, _)| !absent.contains(servo));
-        let servos = servos.map(|(_, kind)| kind.build()).collect();
+        let servos = servos
+            .map(|(_, kind)| kind.build(plant.x_servo()))
+            .collect();
         Self::with_devices(plant, servos)
     }
 
@@ -187,7 +189,7 @@ impl Bench {
 
     /// Replaces servo `servo` by another one, powered up now.
     pub(crate) fn replace(&mut self, servo: usize, kind: ServoKind) {
-        *self.wire.servo_mut(servo) = kind.build();
+        *self.wire.servo_mut(servo) = kind.build(self.joints.arm.x_servo());
         self.power_cycle(servo);
     }
 

@@ -191,6 +191,17 @@ impl Mechanics for Joints {
         }
     }
 
+    fn counts_per_s(&mut self, servo: usize, encoder: Encoder, at_ns: u64) -> Option<f64> {
+        Some(match servo.checked_sub(JOINTS) {
+            None => self.arm.counts_per_s(self.joint(servo)),
+            Some(shaft) => {
+                let shaft = &mut self.shafts[shaft];
+                shaft.advance(at_ns);
+                shaft.counts_per_s / TURN_COUNTS * encoder::counts_per_turn(encoder)
+            }
+        })
+    }
+
     fn drive(&mut self, servo: usize, at_ns: u64, pwm: u16) {
         match servo.checked_sub(JOINTS) {
             None => {

@@ -37,6 +37,7 @@ use armbridge_client::simulation::TrueState;
 use armbridge_control::arm::State;
 use armbridge_control::encoder::Encoder;
 use armbridge_link::server::Touch;
+use armbridge_servo::protocol2::model::Model;
 use armbridge_servo::{JOINTS, Pwm};
 use body::grasp::Grasp;
 use hand::Hand;
@@ -142,6 +143,11 @@ impl Plant {
             // One stream per encoder: reading one does not change the other.
             noise: core::array::from_fn(|servo| Pcg32::new(seed, servo as u64)),
         }
+    }
+
+    /// Model of the servos if they are of the X series.
+    pub(super) fn x_servo(&self) -> &'static Model {
+        self.config.x_servo
     }
 
     /// Number of joints.
@@ -304,6 +310,12 @@ impl Plant {
         let noise: f64 = StandardNormal.sample(&mut self.noise[servo]);
         let position = self.config.joints[servo].position(self.state().q[servo]);
         encoder::count(encoder, position + self.config.noise_lsb_rms * noise)
+    }
+
+    /// Speed of a servo's shaft in counts of its encoder a second, at the time of the last reading.
+    pub(super) fn counts_per_s(&self, servo: usize) -> f64 {
+        let joint = &self.config.joints[servo];
+        joint.position(self.state().dq[servo]) - joint.position(0.0)
     }
 
     /// Advances time.

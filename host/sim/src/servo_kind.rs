@@ -4,7 +4,7 @@ use std::fmt;
 
 use armbridge_client::servo_table::Table;
 use armbridge_servo::Firmware;
-use armbridge_servo::protocol2::model;
+use armbridge_servo::protocol2::model::{self, Model};
 
 use super::half_duplex_bus::Device;
 use super::morpheus_servo::{DEFAULT_ROM, Servo};
@@ -112,7 +112,8 @@ impl ServoKind {
         })
     }
 
-    pub(super) fn build(self) -> Device {
+    /// The servo; one of the X series is of this model.
+    pub(super) fn build(self, x_model: &'static Model) -> Device {
         match self.firmware {
             Firmware::Morpheus => {
                 let mut rom = DEFAULT_ROM;
@@ -121,9 +122,7 @@ impl ServoKind {
                 Servo::new(rom).into()
             }
             Firmware::Stock => Ax12a::new(self.id, self.baud_register).into(),
-            Firmware::XSeries => {
-                XServo::new(&model::XL430_W250, self.id, self.baud_register).into()
-            }
+            Firmware::XSeries => XServo::new(x_model, self.id, self.baud_register).into(),
         }
     }
 }

@@ -54,9 +54,9 @@ const HEADER: usize = 4;
 const CRC_LEN: usize = 4;
 
 /// Bytes that valid settings, the longest message, are shorter than their types allow: the
-/// period has 3 bytes of 5, eleven numbers of the limits, below 2^14, have 2 of 3, and another,
+/// period has 3 bytes of 5, ten numbers of the limits, below 2^14, have 2 of 3, and another,
 /// below 2^7, has 1 of 3. A board has, and so sends, no others.
-const SPARED: usize = 2 + 11 + 2;
+const SPARED: usize = 2 + 10 + 2;
 
 /// Longest frame of any message, terminator included: COBS adds a byte, and
 /// another for every 254.

@@ -101,7 +101,7 @@ pub struct Limits {
     /// Maximum drift from the first reading after a start.
     pub temperature_drift_counts: u16,
     /// Encoder counts from either end that are taken for the gap of the track.
-    pub dead_zone_counts: u16,
+    pub dead_zone_counts: u8,
     /// Longest gap in the samples of a joint, in ms; five ticks at least.
     pub lost_ms: u16,
     /// Share of a joint's samples that may be missing within a second, in percent.
@@ -239,7 +239,6 @@ impl Limits {
             && coldest < hottest
             && hottest <= hard::COUNTS
             && self.temperature_drift_counts <= hard::COUNTS
-            && self.dead_zone_counts <= hard::COUNTS / 4
             && (1..=hard::LOST_MS).contains(&self.lost_ms)
             && (1..=hard::LOST_PERCENT).contains(&self.lost_percent)
             && (1..=hard::OVERRUNS).contains(&self.overruns)

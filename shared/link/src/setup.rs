@@ -4,8 +4,9 @@ use super::limits::Limits;
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::Parameters;
 use armbridge_control::controller::friction;
+use armbridge_control::encoder::Encoder;
 use armbridge_control::estimate::Config;
-use armbridge_servo::JOINTS;
+use armbridge_servo::{ControlMode, JOINTS};
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -35,6 +36,8 @@ pub struct Setup {
     pub arm: Parameters<f32>,
     /// Models of its servos.
     pub joints: [Joint<f32>; JOINTS],
+    /// What the servos' commands are, and so the counts of their models. Current is of X servos.
+    pub control_mode: ControlMode,
 }
 
 /// Settings that a board stores across power-off.
@@ -63,11 +66,31 @@ impl Default for Setup {
             friction_load_percent: [0; JOINTS],
             arm: Parameters::paper(),
             joints: [Joint::paper(); JOINTS],
+            control_mode: ControlMode::Pwm,
         }
     }
 }
 
 impl Setup {
+    /// Whether servos of these models can have the control mode. A board does not ask: of an AX-12A the
+    /// mode has no meaning, and it refuses to arm with the calibration of other servos.
+    pub fn mode_is_possible(&self) -> bool {
+        let is_x = |joint: &Joint<f32>| joint.encoder() == Some(Encoder::XSeries);
+        self.control_mode == ControlMode::Pwm
+            || self.joints.iter().take(self.arm.joints()).all(is_x)
+    }
+
+    /// This control of `own`'s arm and servos.
+    #[must_use]
+    pub fn with_arm_of(self, own: &Self) -> Self {
+        Self {
+            arm: own.arm,
+            joints: own.joints,
+            control_mode: own.control_mode,
+            ..self
+        }
+    }
+
     /// Dry friction in N m per N m that the gears transmit, joint by joint.
     pub fn friction_load(&self) -> [f32; JOINTS] {
         self.friction_load_percent

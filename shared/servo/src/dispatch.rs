@@ -4,7 +4,7 @@ use super::morpheus::Morpheus;
 use super::protocol::{Extent, PacketError, Parser, Protocol, Reply};
 use super::protocol1::Protocol1;
 use super::protocol2::{self, Protocol2};
-use super::{Firmware, Query, ServoId};
+use super::{ControlMode, Firmware, Query, ServoId};
 use heapless::Vec;
 
 /// Evaluates an expression in which `$P` is the [`Protocol`] of a firmware: the one
@@ -139,15 +139,17 @@ impl Firmware {
         with_protocol!(self, P => P::lead_bytes(address))
     }
 
-    /// Query that shows whether a servo's motor is off: see [`Firmware::decode_off`].
-    pub fn off_query(self, servo: ServoId) -> Query {
-        with_protocol!(self, P => P::off_query(servo))
+    /// Query that shows whether a servo's motor is off: see [`Firmware::decode_off`]. The mode of a
+    /// servo that may not have been made ready is [`ControlMode::Pwm`].
+    pub fn off_query(self, servo: ServoId, mode: ControlMode) -> Query {
+        with_protocol!(self, P => P::off_query(servo, mode))
     }
 
     /// Whether the motor is off, from the data of the reply to
     /// [`Firmware::off_query`]; `None` if that is no reply to the query.
     ///
-    /// The result is certain for a stock servo. A Morpheus servo returns only the low byte
+    /// The result is certain for a stock servo and, but for a current too small to move it, for an X
+    /// servo. A Morpheus servo returns only the low byte
     /// of its PWM: see [`morpheus`](super::morpheus#off-read-back).
     pub fn decode_off(self, data: &[u8]) -> Option<bool> {
         with_protocol!(self, P => P::decode_off(data))
@@ -278,7 +280,7 @@ mod tests {
     #[test]
     fn a_morpheus_servo_is_off_if_the_low_byte_of_its_pwm_says_so() {
         let firmware = Firmware::Morpheus;
-        let query = firmware.off_query(servo());
+        let query = firmware.off_query(servo(), ControlMode::Pwm);
         // From the high byte of the temperature on, which is never 0x83.
         assert_eq!(query.packet, [0xAA, 5, 1, 0xFE, 2, 0x0F, 2, 0xE3]);
         assert_eq!((query.id, query.reply_bytes), (1, 7));
@@ -295,7 +297,7 @@ mod tests {
     #[test]
     fn a_stock_servo_is_off_without_torque_or_still_in_wheel_mode() {
         let firmware = Firmware::Stock;
-        let query = firmware.off_query(servo());
+        let query = firmware.off_query(servo(), ControlMode::Pwm);
         // READ of 28 bytes from address 6 on.
         assert_eq!(query.packet, [0xFF, 0xFF, 1, 4, 2, 6, 28, 0xD6]);
         assert_eq!((query.id, query.reply_bytes), (1, 34));
@@ -319,5 +321,34 @@ mod tests {
         assert_eq!(judge(wheel, 2, 0), None);
         assert_eq!(firmware.decode_off(&[0; 27]), None);
         assert_eq!(firmware.decode_off(&[]), None);
+    }
+
+    #[test]
+    fn an_x_servo_is_off_without_a_pwm_or_by_current_with_next_to_none() {
+        let firmware = Firmware::XSeries;
+        let parameters = |mode| firmware.off_query(servo(), mode).packet[8..12].to_vec();
+        assert_eq!(parameters(ControlMode::Pwm), [124, 0, 2, 0]);
+        assert_eq!(parameters(ControlMode::Current), [124, 0, 4, 0]);
+        let judge = |pwm: i16, current: Option<i16>| {
+            let current = current.map(i16::to_le_bytes);
+            let data = [
+                &pwm.to_le_bytes()[..],
+                current.as_ref().map_or(&[], |bytes| bytes),
+            ];
+            firmware.decode_off(&data.concat())
+        };
+        assert_eq!(judge(0, None), Some(true));
+        assert_eq!(judge(1, None), Some(false));
+        assert_eq!(judge(0, Some(300)), Some(true));
+        assert_eq!(
+            [20, -20].map(|counts| judge(90, Some(counts))),
+            [Some(true); 2]
+        );
+        assert_eq!(
+            [21, -21].map(|counts| judge(90, Some(counts))),
+            [Some(false); 2]
+        );
+        assert_eq!(firmware.decode_off(&[0]), None);
+        assert_eq!(firmware.decode_off(&[0; 3]), None);
     }
 }

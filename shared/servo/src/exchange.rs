@@ -3,7 +3,7 @@
 
 use super::protocol::Protocol;
 use super::transaction::Transaction;
-use super::{ExpectedReply, Firmware, Packet, ServoIds};
+use super::{ControlMode, ExpectedReply, Firmware, Packet, ServoIds};
 
 /// Idle time before a request. The servo that sent last receives nothing that
 /// begins within 28 µs of its last stop bit; 50 µs are safe in PWM mode.
@@ -55,7 +55,7 @@ pub enum Readiness {
     Unknown,
     /// The short return delay is set and torque is disabled: no torque can be given.
     Released,
-    /// The short return delay is set, and wheel mode or PWM control mode with torque enabled.
+    /// The short return delay is set, and wheel mode or the [`ControlMode`] with torque enabled.
     Prepared,
 }
 
@@ -74,6 +74,8 @@ pub(super) struct Line {
     pub(super) baud: u32,
     pub(super) available_us: u32,
     pub(super) readiness: Readiness,
+    /// What commands of prepared servos are.
+    pub(super) mode: ControlMode,
     /// The shortest period of these, which every tick needs and divisions give.
     pub(super) least_period_us: u32,
 }

@@ -38,6 +38,7 @@
 //! | [`Alarms`]    | the seven bits of a status packet's error byte           |
 //! | [`ClientFrame`] | a packet of another master, parsed                    |
 //! | [`Pwm`]       | a PWM command                                           |
+//! | [`ControlMode`] | what the counts of a command are, PWM or current       |
 //! | [`Sample`]    | a servo's position in a tick, or the reason why it is missing |
 //! | [`master`]    | one transaction at a time, advanced by `poll(now_us)`   |
 //! | [`bus`]       | the half-duplex line, as the master uses it              |
@@ -95,6 +96,7 @@ pub mod stop;
 
 mod alarms;
 mod client_request;
+mod control_mode;
 mod dispatch;
 mod exchange;
 mod firmware;
@@ -108,6 +110,7 @@ mod transaction;
 
 pub use alarms::Alarms;
 pub use client_request::{ClientFrame, ClientRequest};
+pub use control_mode::ControlMode;
 pub use dispatch::ReplyParser;
 pub use firmware::Firmware;
 pub use id::{JOINTS, ServoId, ServoIds};

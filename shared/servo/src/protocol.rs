@@ -14,7 +14,7 @@
 //! [`Protocol1`]: super::protocol1::Protocol1
 //! [`Protocol2`]: super::protocol2::Protocol2
 
-use super::{Alarms, DecodeError, Firmware, Instruction, Query, ServoId};
+use super::{Alarms, ControlMode, DecodeError, Firmware, Instruction, Query, ServoId};
 use core::fmt::Debug;
 use core::marker::PhantomData;
 use heapless::Vec;
@@ -165,8 +165,8 @@ pub trait Protocol: Clone + Debug {
     /// Address of the first byte of the register that has a byte at `address`.
     fn register_start(address: u16) -> u16;
 
-    /// Query that shows whether the motor is off.
-    fn off_query(servo: ServoId) -> Query;
+    /// Query that shows whether the motor is off, of a servo whose commands are known to be of this mode.
+    fn off_query(servo: ServoId, mode: ControlMode) -> Query;
 
     /// Whether the motor is off, from the data of the reply to
     /// [`Protocol::off_query`]; `None` if that is no reply to the query.

@@ -31,7 +31,7 @@ use armbridge_servo::port::BAUD_RATES;
 use armbridge_servo::protocol1::{BROADCAST, Instruction, register};
 use armbridge_servo::serial_bus::SerialBus;
 use armbridge_servo::stop::{StopStep, brief_stop_step_for, stop_step_for};
-use armbridge_servo::{Firmware, Packet, Pwm, protocol2};
+use armbridge_servo::{ControlMode, Firmware, Packet, Pwm, protocol2};
 use embedded_hal_nb::serial::ErrorKind;
 use line::{Line, Port, Transmitter};
 
@@ -157,7 +157,11 @@ impl Run {
                 let state = script.next()?;
                 let baud = BAUD_RATES[usize::from(state) % BAUD_RATES.len()];
                 assert_eq!(self.master.set_line(firmware, baud), Ok(()));
-                self.master.set_prepared(state >= 128);
+                self.master.set_prepared(match state {
+                    0..128 => None,
+                    128..192 => Some(ControlMode::Pwm),
+                    _ => Some(ControlMode::Current),
+                });
                 return Some(());
             }
         };

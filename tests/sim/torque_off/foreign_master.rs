@@ -40,7 +40,7 @@ fn set_on(rig: &mut Rig<'_>, method: Method) -> u64 {
 
 /// The board stopped or idle, with motors seen to be off.
 fn settle(rig: &mut Rig<'_>, method: Method, is_prepared: bool, period_us: u32, is_fault: bool) {
-    if method.firmware() == Firmware::Stock && is_prepared {
+    if method.firmware() != Firmware::Morpheus && is_prepared {
         rig.prepare();
     }
     let setup = Setup {
@@ -57,13 +57,19 @@ fn settle(rig: &mut Rig<'_>, method: Method, is_prepared: bool, period_us: u32, 
 
 fn cases() -> Vec<(Method, bool, u32, bool)> {
     let mut cases = Vec::new();
-    for method in Method::AX12A {
+    for method in Method::AX12A.into_iter().chain([Method::Duties]) {
         for is_prepared in [false, true] {
             // In wheel mode a goal has no effect.
             if is_prepared && method == Method::Goals {
                 continue;
             }
-            for period_us in [1_000, 10_000, 45_000] {
+            // At 1 kHz the ticks of X servos leave no time for another's packet.
+            let shortest_us = if method == Method::Duties {
+                2_000
+            } else {
+                1_000
+            };
+            for period_us in [shortest_us, 10_000, 45_000] {
                 for is_fault in [false, true] {
                     cases.push((method, is_prepared, period_us, is_fault));
                 }

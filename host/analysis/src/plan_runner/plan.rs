@@ -197,11 +197,7 @@ impl Change {
             Base::Paper => Setup::default(),
             Base::Compensated => Setup::best(),
         };
-        settings.setup = Setup {
-            arm: own.arm,
-            joints: own.joints,
-            ..control
-        };
+        settings.setup = control.with_arm_of(&own);
         for group in &self.groups {
             let pairs = group.iter().map(|(key, value)| (key.as_str(), value));
             params::apply(&mut settings, pairs)?;

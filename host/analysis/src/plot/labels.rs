@@ -60,10 +60,8 @@ pub(super) fn control(settings: &Settings) -> Option<&'static str> {
     let own = settings.setup;
     let is = |control: Setup| {
         own == Setup {
-            arm: own.arm,
-            joints: own.joints,
             period_us: own.period_us,
-            ..control
+            ..control.with_arm_of(&own)
         }
     };
     match () {

@@ -7,7 +7,7 @@ use armbridge::config::Config;
 use armbridge_client::stdio;
 use armbridge_control::actuator::Joint;
 use armbridge_log::text_table;
-use armbridge_servo::JOINTS;
+use armbridge_servo::{ControlMode, JOINTS};
 use armbridge_sim::link::Pace;
 use clap::Args;
 use serde_json::json;
@@ -21,6 +21,7 @@ Examples:
   armbridge calibrate --link serial:                both joints
   armbridge calibrate --link usb: --joint 2
   armbridge calibrate --link serial: --check-motor  each motor pushes once
+  armbridge calibrate --link usb: --mode current    X servos driven by current
   printf '\\n\\n\\n\\ny\\n' | armbridge calibrate --link tcp://127.0.0.1:7001
 
 The motors are off while the arm is moved by hand. Nothing is changed before you
@@ -45,6 +46,10 @@ pub(crate) struct CalibrateArgs {
     /// Calibrate only this joint.
     #[arg(long, value_name = "1|2", value_parser = clap::value_parser!(u8).range(1..=2))]
     joint: Option<u8>,
+    /// Control mode of X servos: PWM, or current of those that measure it. Another one
+    /// than the board's begins with the nominal torque of a model.
+    #[arg(long, value_name = "pwm|current", value_parser = mode)]
+    mode: Option<ControlMode>,
     /// Let each motor push once, gently, to check that it turns the way its encoder
     /// counts. Asks before each push.
     #[arg(long)]
@@ -61,6 +66,15 @@ impl CalibrateArgs {
     }
 }
 
+/// The control mode of this name.
+fn mode(name: &str) -> Result<ControlMode, &'static str> {
+    match name {
+        "pwm" => Ok(ControlMode::Pwm),
+        "current" => Ok(ControlMode::Current),
+        _ => Err("expected pwm or current"),
+    }
+}
+
 pub(crate) fn run(args: &CalibrateArgs) -> Outcome {
     if Config::discover()?
         .link(args.task.link.link.as_ref())?
@@ -70,6 +84,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Outcome {
     }
     let options = CalibrationOptions {
         joints: args.joints(),
+        mode: args.mode,
         checks_motors: args.check_motor,
         is_sure: args.yes,
     };

@@ -154,6 +154,7 @@ impl<'a> Setup<'a> {
         let joints = if is_new {
             let options = CalibrationOptions {
                 joints: [true; JOINTS],
+                mode: None,
                 checks_motors: false,
                 is_sure: self.options.is_sure,
             };

@@ -38,6 +38,12 @@ pub enum InvalidSettings {
          at three quarters of it; bring it nearer to 0"
     )]
     PoseBeyondLimit,
+    /// Current control mode of servos that are not of the X series.
+    #[error(
+        "`setup.control_mode` is \"current\", which only X servos have, and the calibration of a joint is \
+         not theirs: armbridge calibrate --mode current"
+    )]
+    NoCurrentMode,
     /// The board itself would refuse them.
     #[error("the board would refuse these settings: {}", refusal_text::in_words(*.0))]
     Refused(Refusal),
@@ -86,6 +92,9 @@ pub fn check(settings: &Settings) -> Result<(), InvalidSettings> {
     }
     if !limits.is_pose_valid() {
         return Err(InvalidSettings::PoseBeyondLimit);
+    }
+    if !settings.setup.mode_is_possible() {
+        return Err(InvalidSettings::NoCurrentMode);
     }
     settings_refusal(settings).map_or(Ok(()), |refusal| Err(InvalidSettings::Refused(refusal)))
 }

@@ -176,7 +176,8 @@ fn ranges_are_those_that_the_board_checks() {
                     Err(
                         InvalidSettings::HoldsTooLate { .. }
                         | InvalidSettings::NoTemperature { .. }
-                        | InvalidSettings::PoseBeyondLimit,
+                        | InvalidSettings::PoseBeyondLimit
+                        | InvalidSettings::NoCurrentMode,
                     ) => true,
                 };
                 assert_eq!(is_refused(&settings), !is_in, "{} at {end}", parameter.key);

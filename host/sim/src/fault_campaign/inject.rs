@@ -2,6 +2,7 @@
 
 use armbridge_board::bridge::MemoryRegion;
 use armbridge_servo::JOINTS;
+use armbridge_servo::protocol2::model::XL430_W250;
 
 use super::driver::HostFault;
 use super::fixture::{Fixture, THIRD};
@@ -231,7 +232,7 @@ impl Fixture<'_> {
         for (servo, kind) in self.kinds.iter().enumerate().take(JOINTS) {
             let address = |device: &Device| (device.id(), device.bit_ns());
             let now = self.cosim.bench.servos().get(servo).map(address);
-            let is_changed = now != Some(address(&kind.build()));
+            let is_changed = now != Some(address(&kind.build(&XL430_W250)));
             if has_master || (has_damage && is_changed) {
                 self.cosim.bench.replace(servo, *kind);
             }

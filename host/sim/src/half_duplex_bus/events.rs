@@ -2,7 +2,7 @@
 //! begins, a receiver has one, a servo acts.
 
 use super::line::{Frame, SenderFilter};
-use super::{Mechanics, ReceivedByte, Record, Wire};
+use super::{Device, Mechanics, ReceivedByte, Record, Wire};
 use crate::morpheus_servo::Action;
 
 /// The kinds of events.
@@ -160,6 +160,9 @@ impl Wire {
             Some(Action::Convert) => {
                 let encoder = device.encoder();
                 device.converted(mechanics.convert_with(servo, encoder, now));
+                if let Device::X(x_servo) = device {
+                    x_servo.turned(mechanics.counts_per_s(servo, encoder, now));
+                }
             }
             Some(Action::Pwm(pwm)) => mechanics.drive(servo, now, pwm),
             Some(Action::Release) => {

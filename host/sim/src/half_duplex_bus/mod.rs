@@ -54,6 +54,11 @@ pub trait Mechanics {
     fn convert_with(&mut self, servo: usize, _encoder: Encoder, at_ns: u64) -> Reading {
         self.convert(servo, at_ns)
     }
+    /// Speed of servo `servo`'s shaft at `at_ns`, in counts of this encoder a second, which its
+    /// winding's voltage has; `None` if only the encoder shows it.
+    fn counts_per_s(&mut self, _servo: usize, _encoder: Encoder, _at_ns: u64) -> Option<f64> {
+        None
+    }
     /// The PWM applied to servo `servo`'s motor changes at `at_ns`
     /// (0..=2000, 1000 = off). It is off at power-up.
     fn drive(&mut self, servo: usize, at_ns: u64, pwm: u16);

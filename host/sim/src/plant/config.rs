@@ -5,7 +5,8 @@ use core::f64::consts::FRAC_PI_2;
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::{Parameters, State};
 use armbridge_link::message::Settings;
-use armbridge_servo::{JOINTS, Pwm};
+use armbridge_servo::protocol2::model::{self, Model};
+use armbridge_servo::{ControlMode, JOINTS, Pwm};
 use nalgebra::Vector2;
 
 use super::body::Friction;
@@ -39,6 +40,8 @@ pub struct PlantConfig {
     pub torque_limit_nm: f64,
     /// Smallest and largest angle of each joint in rad.
     pub stops_rad: [[f64; 2]; JOINTS],
+    /// Model of the servos if they are of the X series.
+    pub x_servo: &'static Model,
     /// Standard deviation of the encoders' noise in counts.
     pub noise_lsb_rms: f64,
     /// State at time zero.
@@ -76,12 +79,16 @@ impl Default for PlantConfig {
                 [-FRAC_PI_2, FRAC_PI_2],
                 [-150_f64.to_radians(), 150_f64.to_radians()],
             ],
+            x_servo: &model::XL430_W250,
             noise_lsb_rms: 1.0,
             initial: State::at_rest(Vector2::zeros()),
             held: true,
         }
     }
 }
+
+/// PWM counts of full duty either way.
+const FULL_COUNTS: f64 = 1_000.0;
 
 /// The number that a board's number of single precision was rounded from, as far as it shows.
 fn decimal(value: f32) -> f64 {
@@ -94,6 +101,9 @@ impl PlantConfig {
 
     /// The arm that a board with these settings takes its own for: without dead zones and delays, and
     /// with as much static friction as Coulomb friction, both with the load friction of the settings.
+    ///
+    /// A plant's motors have a duty. If the board's commands are currents, its servos are of the
+    /// model with the nearest torque per count, and their back-EMF adds to the viscous friction.
     pub fn of_board(settings: &Settings) -> Self {
         let setup = &settings.setup;
         let load = setup.friction_load_percent.map(f64::from);
@@ -103,7 +113,7 @@ impl PlantConfig {
             stribeck_rad_s: 0.0,
             load: load[joint] / 100.0,
         });
-        Self {
+        let mut plant = Self {
             arm: setup.arm.map(decimal),
             joints: setup.joints.map(|joint| Joint {
                 zero_count: decimal(joint.zero_count),
@@ -115,7 +125,24 @@ impl PlantConfig {
             friction_on: friction != [Friction::NONE; JOINTS],
             friction,
             ..Self::default()
+        };
+        if setup.control_mode == ControlMode::Current {
+            let model = Model::nearest_by_current(setup.joints[0].gain_counts_per_nm);
+            plant.drive_by_duty(model.unwrap_or(plant.x_servo));
         }
+        plant
+    }
+
+    /// Makes the servos ones of this model, with a duty for a command.
+    fn drive_by_duty(&mut self, model: &'static Model) {
+        self.x_servo = model;
+        self.torque_limit_nm = decimal(model.stall_nm);
+        for joint in &mut self.joints {
+            joint.gain_counts_per_nm = FULL_COUNTS / self.torque_limit_nm;
+        }
+        let back_emf = decimal(model.back_emf_nm_s());
+        self.arm.b1 += back_emf;
+        self.arm.b2 += back_emf;
     }
 
     /// True parameters of the arm, with both scales.

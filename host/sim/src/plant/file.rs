@@ -8,6 +8,7 @@ mod joint;
 mod keys;
 #[cfg(test)]
 mod tests;
+mod x_servo;
 
 pub use builtin::{BuiltinPlant, PLANTS};
 pub use keys::KEYS;
@@ -18,6 +19,7 @@ use armbridge_client::toml_file::{Document, DocumentError};
 use armbridge_client::{params, toml_file};
 use armbridge_control::arm::{Mounting, Parameters, State};
 use armbridge_servo::JOINTS;
+use armbridge_servo::protocol2::model::Model;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
@@ -41,6 +43,8 @@ pub struct PlantFile {
     torque_gain: f64,
     pwm_offset_counts: f64,
     torque_limit_nm: f64,
+    #[serde(with = "x_servo")]
+    x_servo: &'static Model,
     /// Delay of both joints.
     #[serde(skip_serializing_if = "Option::is_none")]
     input_delay_us: Option<u32>,
@@ -228,6 +232,7 @@ impl PlantFile {
             torque_gain: config.torque_gain,
             pwm_offset_counts: config.pwm_offset_counts,
             torque_limit_nm: config.torque_limit_nm,
+            x_servo: config.x_servo,
             input_delay_us: None,
             noise_lsb_rms: config.noise_lsb_rms,
             arm: config.arm,
@@ -291,6 +296,7 @@ impl PlantFile {
             torque_gain: self.torque_gain,
             pwm_offset_counts: self.pwm_offset_counts,
             torque_limit_nm: self.torque_limit_nm,
+            x_servo: self.x_servo,
             stops_rad: [0, 1].map(|j| keys[j].stops_rad.unwrap_or(default.stops_rad[j])),
             noise_lsb_rms: self.noise_lsb_rms,
             initial: State {

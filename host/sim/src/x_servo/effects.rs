@@ -14,8 +14,6 @@ use super::table;
 
 /// Time for two bytes of EEPROM.
 const EEPROM_WORD_NS: u64 = 140_000;
-/// Bit of the drive mode by which a goal enables torque.
-const TORQUE_BY_GOAL: u8 = 1 << 3;
 
 /// Action after the status packet.
 #[derive(Clone, Debug)]
@@ -60,7 +58,7 @@ impl XServo {
         self.memory.write(writes);
         let writes_to = |register: u16| writes.iter().any(|(address, _)| *address == register);
         let has_goal = GOALS.into_iter().any(writes_to);
-        let is_by_goal = self.memory.byte(at::DRIVE_MODE) & TORQUE_BY_GOAL != 0;
+        let is_by_goal = self.memory.byte(at::DRIVE_MODE) & at::TORQUE_BY_GOAL != 0;
         if is_by_goal && has_goal && !self.memory.is_shut_down {
             self.memory.set_byte(at::TORQUE_ENABLE, 1);
         }

@@ -129,6 +129,8 @@ pub struct XServo {
     started_ns: u64,
     last_instruction_ns: u64,
     count: u16,
+    /// Speed of the shaft at that count.
+    counts_per_s: Option<f64>,
     pwm: u16,
     deaf_until_ns: u64,
     connected: bool,
@@ -158,6 +160,7 @@ impl XServo {
             started_ns: 0,
             last_instruction_ns: 0,
             count: 0,
+            counts_per_s: None,
             pwm: OFF,
             deaf_until_ns: 0,
             connected: true,
@@ -174,6 +177,12 @@ impl XServo {
     /// The id in its EEPROM.
     pub fn id(&self) -> u8 {
         self.memory.byte(at::ID)
+    }
+
+    /// Writes registers, as somebody has before the servo was connected.
+    pub fn set_register(&mut self, address: u16, bytes: &[u8]) {
+        let writes: Vec<(u16, u8)> = (address..).zip(bytes.iter().copied()).collect();
+        self.apply(&writes);
     }
 
     /// Value of the register at an address of `armbridge_servo::protocol2::register`, if the model
@@ -305,7 +314,9 @@ impl XServo {
         self.memory.set_short(at::REALTIME_TICK, ticks as i16);
         self.watch_bus(now_ns);
         let supply_v = self.protection.supply_v();
-        let output = self.motor.step(&mut self.memory, self.count, supply_v);
+        let output = self
+            .motor
+            .step(&mut self.memory, self.count, self.counts_per_s, supply_v);
         let is_off = self
             .protection
             .step(&mut self.memory, output, now_ns, PERIOD_S);
@@ -326,6 +337,11 @@ impl XServo {
 
     pub(crate) fn converted(&mut self, reading: Reading) {
         self.count = reading.position;
+    }
+
+    /// Takes the speed of its shaft in counts a second, unless only the encoder shows it.
+    pub(crate) fn turned(&mut self, counts_per_s: Option<f64>) {
+        self.counts_per_s = counts_per_s;
     }
 
     /// Processes a received byte, three quarters into its stop bit.

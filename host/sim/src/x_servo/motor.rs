@@ -15,8 +15,8 @@
 //! slope. Duties are -885..=885, positive towards higher positions.
 //!
 //! Assumptions: sums are over control steps, and stay within full duty; the differential acts on
-//! the measured speed; speed is the mean of [`WINDOW`] steps; the current follows from duty and
-//! speed as in a motor without inductance, and is controlled without error; the load of a model
+//! the measured speed, which is the mean of [`WINDOW`] steps; the current follows from duty and
+//! the shaft's own speed as in a motor without inductance, and is controlled without error; the load of a model
 //! without it is the duty. Profiles, feedforward and the moving status are registers only.
 
 use armbridge_servo::protocol2::model::{Model, OperatingMode};
@@ -51,6 +51,15 @@ pub(super) struct Output {
     pub(super) is_full: bool,
 }
 
+/// Speed of the shaft in counts a second.
+#[derive(Clone, Copy, Debug)]
+struct Speed {
+    /// By the encoder.
+    measured: f64,
+    /// Its own.
+    shaft: f64,
+}
+
 /// State of the control.
 #[derive(Clone, Debug)]
 pub(super) struct Motor {
@@ -79,11 +88,25 @@ impl Motor {
         }
     }
 
-    /// Processes a count of the encoder: updates the registers, and computes the duty at this
-    /// supply.
-    pub(super) fn step(&mut self, memory: &mut Memory, count: u16, supply_v: f64) -> Output {
+    /// Processes a count of the encoder, with the speed of the shaft where it is known: updates the
+    /// registers, and computes the duty at this supply.
+    pub(super) fn step(
+        &mut self,
+        memory: &mut Memory,
+        count: u16,
+        shaft_counts_per_s: Option<f64>,
+        supply_v: f64,
+    ) -> Output {
         self.update_position(memory, count);
-        let speed = self.counts_per_s();
+        let measured = self.counts_per_s();
+        let shaft = shaft_counts_per_s.map_or(measured, |counts_per_s| {
+            if memory.is_reverse() {
+                -counts_per_s
+            } else {
+                counts_per_s
+            }
+        });
+        let speed = Speed { measured, shaft };
         let wanted = if memory.torque_on() {
             self.wanted_duty(memory, speed, supply_v)
         } else {
@@ -157,7 +180,8 @@ impl Motor {
         f64::from(moved) / ((WINDOW - 1) as f64 * PERIOD_S)
     }
 
-    fn wanted_duty(&mut self, memory: &Memory, counts_per_s: f64, supply_v: f64) -> f64 {
+    fn wanted_duty(&mut self, memory: &Memory, speed: Speed, supply_v: f64) -> f64 {
+        let counts_per_s = speed.measured;
         let gain = |address: u16, divisor: f64| f64::from(memory.short(address)) / divisor;
         let goal_pwm = f64::from(memory.short(at::GOAL_PWM));
         if memory.has_mode(&[OperatingMode::Pwm]) {
@@ -166,7 +190,7 @@ impl Motor {
         let at_goal_current = |sign: f64| {
             let goal = f64::from(memory.short(at::GOAL_CURRENT));
             let current_a = sign * goal * self.a_per_count();
-            self.duty_of_current(current_a, counts_per_s, supply_v)
+            self.duty_of_current(current_a, speed.shaft, supply_v)
         };
         let full = f64::from(self.model.full_pwm);
         let limit = goal_pwm.abs();
@@ -212,7 +236,7 @@ impl Motor {
 
     /// Speed as a share of that without a load.
     fn speed_share(&self, counts_per_s: f64) -> f64 {
-        units_of_speed(counts_per_s) * RPM_PER_UNIT / self.specification.no_load_rpm
+        units_of_speed(counts_per_s) * RPM_PER_UNIT / f64::from(self.model.no_load_rpm)
     }
 
     fn duty_of_current(&self, current_a: f64, counts_per_s: f64, supply_v: f64) -> f64 {
@@ -235,12 +259,12 @@ impl Motor {
         };
     }
 
-    fn update_registers(&self, memory: &mut Memory, counts_per_s: f64, supply_v: f64) {
+    fn update_registers(&self, memory: &mut Memory, speed: Speed, supply_v: f64) {
         let full = f64::from(self.model.full_pwm);
         let share = self.duty / full;
         let current = if self.model.current.is_some() {
             let driven = share * supply_v / f64::from(self.model.nominal_v);
-            let current_a = self.specification.stall_a * (driven - self.speed_share(counts_per_s));
+            let current_a = self.specification.stall_a * (driven - self.speed_share(speed.shaft));
             // A winding that is not driven is open.
             if memory.torque_on() {
                 current_a / self.a_per_count()
@@ -250,7 +274,7 @@ impl Motor {
         } else {
             1e3 * share
         };
-        let speed = units_of_speed(counts_per_s).round() as i32;
+        let speed = units_of_speed(speed.measured).round() as i32;
         let is_moving = speed.abs() > memory.long(at::MOVING_THRESHOLD);
         memory.set_byte(at::MOVING, u8::from(is_moving));
         memory.set_short(at::PRESENT_PWM, self.duty.round() as i16);

@@ -48,8 +48,6 @@ pub(super) struct Specification {
     /// 256 by recordings of an XL330 (the data of Rhoban/bam), which this follows for the smaller
     /// frame.
     pub(super) position_p_divisor: f64,
-    /// Speed without a load at the recommended supply, in rpm.
-    pub(super) no_load_rpm: f64,
     /// Current at standstill and the recommended supply, in A.
     pub(super) stall_a: f64,
     /// Mass in g.
@@ -85,7 +83,6 @@ const X430: Specification = Specification {
     slope: None,
     indirect: X430_BLOCKS,
     position_p_divisor: 128.0,
-    no_load_rpm: 77.0,
     stall_a: 2.3,
     mass_g: 82.0,
 };
@@ -104,7 +101,6 @@ const X330: Specification = Specification {
     }),
     indirect: X330_BLOCKS,
     position_p_divisor: 256.0,
-    no_load_rpm: 103.0,
     stall_a: 1.47,
     mass_g: 18.0,
 };
@@ -113,7 +109,6 @@ const SPECIFICATIONS: [Specification; 6] = [
     Specification {
         number: 1020,
         velocity_limit: [350, 1_023],
-        no_load_rpm: 46.0,
         ..X430
     },
     X430,
@@ -122,7 +117,6 @@ const SPECIFICATIONS: [Specification; 6] = [
         supply_decivolt: [60, 140, 60],
         velocity_limit: [265, 1_023],
         gains: [1_000, 100, 4_000, 0, 640],
-        no_load_rpm: 57.0,
         stall_a: 1.3,
         mass_g: 57.2,
         ..X430
@@ -131,7 +125,6 @@ const SPECIFICATIONS: [Specification; 6] = [
         number: 1190,
         velocity_limit: [1_620, 2_047],
         gains: [400, 40, 0, 400, 400],
-        no_load_rpm: 383.0,
         ..X330
     },
     X330,
@@ -145,7 +138,6 @@ const SPECIFICATIONS: [Specification; 6] = [
             initial: 255,
             mv_per_ms: 3.955,
         }),
-        no_load_rpm: 65.0,
         stall_a: 0.8,
         mass_g: 23.0,
         ..X330

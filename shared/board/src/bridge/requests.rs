@@ -8,6 +8,7 @@ use super::app_core::BusFacts;
 use super::channels::{HostRequest, Notification};
 use super::command::ValidatedCommand;
 use super::{Bridge, SERVO_IDS};
+use crate::sequencer::XRequirements;
 use crate::supervisor::{Event, State};
 use armbridge_link::message::{Fault, Refusal, StopSource};
 use armbridge_link::record::Violation;
@@ -120,10 +121,11 @@ impl<B: Bus> Bridge<'_, B> {
         if self.core.config().joints() != joints {
             self.search_for_joints();
         }
-        let period_us = self.core.config().period_us().get();
         // Refused while a client has the bus or a search is under way, after which servos are not ready.
-        let is_again =
-            self.sequencer.set_period(period_us) && self.core.apply(Event::Prepare).is_ok();
+        let is_again = self
+            .sequencer
+            .require(XRequirements::of(self.core.config()))
+            && self.core.apply(Event::Prepare).is_ok();
         self.apply_core_actions();
         if (result.is_ok() && prepares) || is_again {
             self.sequencer.prepare();

@@ -16,7 +16,9 @@
 //! once in eight times, and then by less than 100 µs.
 //!
 //! A stock servo sends its heat alarm with every answer and switches itself off, so
-//! a tick is never late for its temperature.
+//! a tick is never late for its temperature. So does an X servo, but its reading is as short as that of
+//! its torque enable, and a tick may be late for it, too, midway between two of those: at 1 kHz and
+//! 1 Mbaud there is no other way.
 
 use super::dropouts::Dropouts;
 use armbridge_servo::master::Payload;
@@ -122,8 +124,21 @@ impl HealthPoll {
         }
         let joint = self.joint;
         let overdue_us = now_us.checked_sub(self.due_us)?;
-        let may_be_late = is_morpheus && overdue_us >= OVERDUE_US;
+        let may_be_late = overdue_us >= OVERDUE_US && self.may_delay_a_tick(firmware, now_us);
         Some((HealthRequest::Temperature { joint }, may_be_late))
+    }
+
+    /// Whether a tick may wait for a temperature.
+    fn may_delay_a_tick(&self, firmware: Firmware, now_us: u64) -> bool {
+        let to_torque_us = self.torque_due_us.checked_sub(now_us);
+        match firmware {
+            Firmware::Morpheus => true,
+            Firmware::Stock => false,
+            // A tick that was late for a torque leaves the next too little time.
+            Firmware::XSeries => {
+                to_torque_us.is_none_or(|us| (TORQUE_US / 4..TORQUE_US / 2).contains(&us))
+            }
+        }
     }
 
     /// Notes that the request has been sent to one of this number of servos.

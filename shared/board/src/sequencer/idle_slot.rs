@@ -16,6 +16,9 @@ use armbridge_servo::master::timing::{GUARD_US, reply_latency_us, same_servo_gua
 
 /// Margin in µs that client traffic leaves before a tick: it must never delay one.
 const RESERVE_US: u64 = 10;
+/// Time in µs from the end of the last exchange in which a reading begins that makes the next tick late:
+/// more than a board computes for a tick.
+const SLOT_BEGIN_US: u64 = 100;
 
 impl<B: Bus> BusSequencer<B> {
     /// Sends the board's own next request in the present idle slot; whether one was sent.
@@ -38,6 +41,10 @@ impl<B: Bus> BusSequencer<B> {
             | HealthRequest::Ping { joint } => joint,
         };
         let servo = self.ids.get(joint).copied();
+        // Later in the slot it would make the tick later.
+        let is_at_begin = self.now_us < self.master.active_us() + SLOT_BEGIN_US;
+        let is_ping = matches!(health, HealthRequest::Ping { .. });
+        let may_be_late = may_be_late && (is_at_begin || is_ping);
         let Some(query) = servo.and_then(|servo| health.query(firmware, servo)) else {
             return false;
         };
@@ -67,7 +74,7 @@ impl<B: Bus> BusSequencer<B> {
         };
         let query = match check.kind {
             CheckKind::Ping => self.firmware().ping_query(servo),
-            CheckKind::ReadBack => self.firmware().off_query(servo),
+            CheckKind::ReadBack => self.firmware().off_query(servo, self.master.mode()),
         };
         let request = IdleRequest {
             query,

@@ -75,6 +75,7 @@ mod time_budget;
 
 pub use dropouts::Dropouts;
 pub use health_poll::Health;
+pub(crate) use servo_settings::XRequirements;
 pub use state::BusEvent;
 pub(crate) use state::{SearchStep, State};
 pub use time_budget::TimeBudget;
@@ -124,9 +125,8 @@ pub struct BusSequencer<B> {
 }
 
 impl<B: Bus> BusSequencer<B> {
-    /// A sequencer for servos with these ids, joint by joint, and ticks of this period, that begins
-    /// with the stop sequence.
-    pub fn new(bus: B, ids: ServoIds, period_us: u32, now_us: u64) -> Self {
+    /// A sequencer for servos with these ids, joint by joint, that begins with the stop sequence.
+    pub(crate) fn new(bus: B, ids: ServoIds, required: XRequirements, now_us: u64) -> Self {
         Self {
             master: Master::new(bus, ids),
             ids,
@@ -135,7 +135,7 @@ impl<B: Bus> BusSequencer<B> {
             stops: StopPlan::default(),
             client_speeds: Speeds::new(),
             discovery: Discovery::new(baud_rates_to(B::BAUD_MAX), ids.len()),
-            setup: ServoSetup::new(period_us),
+            setup: ServoSetup::new(required),
             health: HealthPoll::default(),
             off: ForceOff::new(ids.len()),
             owner: None,
@@ -317,10 +317,9 @@ impl<B: Bus> BusSequencer<B> {
         }
     }
 
-    /// Sets the period of the ticks. Whether the servos have to be made ready again: the watchdog of
-    /// X servos follows the period.
-    pub(crate) fn set_period(&mut self, period_us: u32) -> bool {
-        let is_other = self.setup.set_period(period_us);
+    /// Sets what X servos have to be. Whether they have to be made ready again.
+    pub(crate) fn require(&mut self, required: XRequirements) -> bool {
+        let is_other = self.setup.require(required);
         is_other && self.is_prepared() && self.firmware() == Firmware::XSeries
     }
 

@@ -1,10 +1,11 @@
 //! Settings of stock and X servos that a set-up changes: their registers, as data, and what they
 //! are in a servo that is ready for torque.
 
+use crate::tick::LoopConfig;
 use crate::tick::limits::ROW_TICKS;
 use armbridge_servo::master::timing::RETURN_DELAY_US;
 use armbridge_servo::protocol2::model::OperatingMode;
-use armbridge_servo::{Firmware, protocol1, protocol2};
+use armbridge_servo::{ControlMode, Firmware, protocol1, protocol2};
 
 /// Status return level with which READ is answered and WRITE is not: the least that a
 /// tick needs.
@@ -14,30 +15,58 @@ const WATCHDOG_US: u32 = 20_000;
 /// Largest setting of the watchdog, in units.
 const WATCHDOG_MAX: u32 = 127;
 
-/// Silence of the bus after which an X servo switches its motor off, in units of 20 ms: not before
-/// the board does, which allows [`ROW_TICKS`] samples to be missing. One up to a period of 4 ms.
-pub(super) fn watchdog(period_us: u32) -> u8 {
-    let units = ROW_TICKS.saturating_mul(period_us).div_ceil(WATCHDOG_US);
-    units.clamp(1, WATCHDOG_MAX) as u8
+/// Most bytes of a servo's registers that are read, those of a stock servo.
+const IMAGE_BYTES: usize = 20;
+const _: () = assert!(AX12A.reads_fit() && X_PWM.reads_fit() && X_CURRENT.reads_fit());
+
+/// What the board's settings require of X servos.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct XRequirements {
+    /// Silence of the bus after which a servo switches its motor off, in units of 20 ms.
+    pub(super) watchdog: u8,
+    pub(super) mode: ControlMode,
+    /// Current that the servo's limit has to permit, in its counts: it ignores a goal beyond, and
+    /// obeys the one before. 0 in PWM control mode.
+    current_max: u16,
 }
 
-/// Bytes of the registers that are read, from address 0 on: of an X servo through the goal PWM.
-const IMAGE_BYTES: usize = protocol2::register::GOAL_PWM as usize + 2;
+impl XRequirements {
+    /// Those of this configuration.
+    ///
+    /// No watchdog ends a drive before the board does, which allows [`ROW_TICKS`] samples to be
+    /// missing: it is 20 ms up to a period of 4 ms.
+    #[inline(never)]
+    pub(crate) fn of(config: &LoopConfig) -> Self {
+        let period_us = config.period_us().get();
+        let units = ROW_TICKS.saturating_mul(period_us).div_ceil(WATCHDOG_US);
+        let mode = config.control_mode();
+        Self {
+            watchdog: units.clamp(1, WATCHDOG_MAX) as u8,
+            mode,
+            current_max: match mode {
+                ControlMode::Pwm => 0,
+                ControlMode::Current => config.limits().pwm_counts,
+            },
+        }
+    }
+}
 
 /// Registers of a set-up, and what they have in a servo that is ready.
 pub(super) struct Registers {
     pub(super) return_delay: u16,
     /// In units of 2 µs.
     ready_delay: u8,
-    /// What selects open-loop control: address, bytes, and their contents.
+    /// What selects open-loop control: address, bytes, their contents, and the bits that stay as
+    /// they were found.
     pub(super) mode: u16,
     pub(super) mode_bytes: usize,
     ready_mode: [u8; 4],
+    kept: [u8; 4],
     pub(super) level: u16,
     pub(super) torque: u16,
     /// What is read: first addresses and numbers of bytes. No READ goes across addresses without a
     /// register, of which the e-Manual of the X series does not say what a servo answers.
-    pub(super) reads: &'static [(u16, u16)],
+    pub(super) reads: Reads,
 }
 
 /// Both angle limits 0 are wheel mode.
@@ -47,6 +76,7 @@ const AX12A: Registers = Registers {
     mode: protocol1::register::ANGLE_LIMITS,
     mode_bytes: 4,
     ready_mode: [0; 4],
+    kept: [0; 4],
     level: protocol1::register::STATUS_RETURN_LEVEL,
     torque: protocol1::register::TORQUE_ENABLE,
     reads: &[(
@@ -55,12 +85,15 @@ const AX12A: Registers = Registers {
     )],
 };
 
-const X: Registers = Registers {
+/// In PWM control mode.
+const X_PWM: Registers = Registers {
     return_delay: protocol2::register::RETURN_DELAY,
     ready_delay: (protocol2::RETURN_DELAY_US / 2) as u8,
-    mode: protocol2::register::OPERATING_MODE,
-    mode_bytes: 1,
-    ready_mode: [OperatingMode::Pwm.code(), 0, 0, 0],
+    // With the direction of rotation as it was found, and without torque by a goal.
+    mode: protocol2::register::DRIVE_MODE,
+    mode_bytes: 2,
+    ready_mode: [0, OperatingMode::Pwm.code(), 0, 0],
+    kept: [!protocol2::register::TORQUE_BY_GOAL, 0, 0, 0],
     level: protocol2::register::STATUS_RETURN_LEVEL,
     torque: protocol2::register::TORQUE_ENABLE,
     // Return delay, drive mode and operating mode are neighbours.
@@ -73,34 +106,77 @@ const X: Registers = Registers {
     ],
 };
 
+/// In current control mode.
+const X_CURRENT: Registers = Registers {
+    ready_mode: [0, OperatingMode::Current.code(), 0, 0],
+    reads: &[
+        (protocol2::register::RETURN_DELAY, 3),
+        (protocol2::register::CURRENT_LIMIT, 2),
+        (protocol2::register::TORQUE_ENABLE, 1),
+        (protocol2::register::STATUS_RETURN_LEVEL, 1),
+        (protocol2::register::BUS_WATCHDOG, 1),
+        // Goal PWM and goal current.
+        (protocol2::register::GOAL_PWM, 4),
+    ],
+    ..X_PWM
+};
+
 impl Registers {
     /// Those of a firmware; Morpheus needs no set-up.
-    pub(super) fn of(firmware: Firmware) -> Option<&'static Self> {
-        match firmware {
-            Firmware::Morpheus => None,
-            Firmware::Stock => Some(&AX12A),
-            Firmware::XSeries => Some(&X),
+    pub(super) fn of(firmware: Firmware, mode: ControlMode) -> Option<&'static Self> {
+        match (firmware, mode) {
+            (Firmware::Morpheus, _) => None,
+            (Firmware::Stock, _) => Some(&AX12A),
+            (Firmware::XSeries, ControlMode::Pwm) => Some(&X_PWM),
+            (Firmware::XSeries, ControlMode::Current) => Some(&X_CURRENT),
         }
+    }
+
+    /// Whether an image has room for what is read.
+    const fn reads_fit(&self) -> bool {
+        let (mut bytes, mut read) = (0, 0);
+        while read < self.reads.len() {
+            bytes += self.reads[read].1 as usize;
+            read += 1;
+        }
+        bytes <= IMAGE_BYTES
+    }
+
+    /// What selects open-loop control, of a servo that was found with `mode`.
+    fn made_ready(&self, mode: [u8; 4]) -> [u8; 4] {
+        core::array::from_fn(|byte| self.ready_mode[byte] | (mode[byte] & self.kept[byte]))
     }
 }
 
-/// Registers of one servo as they are read piece by piece, from address 0 on.
-#[derive(Clone, Copy, Debug)]
+/// What is read of a servo: first addresses and numbers of bytes.
+pub(super) type Reads = &'static [(u16, u16)];
+
+/// Registers of one servo as they are read piece by piece, one read after the other.
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RegisterImage([u8; IMAGE_BYTES]);
 
-impl Default for RegisterImage {
-    fn default() -> Self {
-        Self([0; IMAGE_BYTES])
-    }
-}
-
 impl RegisterImage {
-    /// Takes the data of a read from this address on.
-    pub(super) fn store(&mut self, address: u16, data: &[u8]) {
-        let start = usize::from(address);
-        if let Some(bytes) = self.0.get_mut(start..start + data.len()) {
+    /// Takes the data of one of these reads.
+    pub(super) fn store(&mut self, reads: Reads, read: u8, data: &[u8]) {
+        let before = reads.iter().take(usize::from(read));
+        let start = before.map(|(_, count)| usize::from(*count)).sum();
+        let after = self.0.get_mut(start..);
+        if let Some(bytes) = after.and_then(|bytes| bytes.get_mut(..data.len())) {
             bytes.copy_from_slice(data);
         }
+    }
+
+    /// The bytes from this address on, if it has been read.
+    #[inline(never)]
+    fn from(&self, reads: Reads, address: u16) -> Option<&[u8]> {
+        let mut start = 0;
+        for (first, count) in reads {
+            if (*first..first + count).contains(&address) {
+                return self.0.get(start + usize::from(address - first)..);
+            }
+            start += usize::from(*count);
+        }
+        None
     }
 }
 
@@ -109,7 +185,7 @@ impl RegisterImage {
 pub(super) struct ServoSettings {
     firmware: Firmware,
     pub(super) return_delay: u8,
-    /// Angle limits, or the operating mode.
+    /// Angle limits, or drive mode and operating mode.
     pub(super) mode: [u8; 4],
     /// Torque limit at power-up of a stock servo.
     pub(super) max_torque: [u8; 2],
@@ -117,17 +193,26 @@ pub(super) struct ServoSettings {
     pub(super) level: u8,
     /// Torque enable, which is no setting.
     torque: u8,
-    /// The watchdog of an X servo and its goal PWM, which are none either.
+    /// The watchdog of an X servo, and its goal if it was read, which are none either.
     watchdog: u8,
-    goal_pwm: [u8; 2],
+    goal: Option<[u8; 2]>,
+    /// Largest current; 0 unless it was read, in current control mode.
+    current_limit: u16,
 }
 
 impl ServoSettings {
-    /// Decodes the registers, once all are read.
-    pub(super) fn decode(firmware: Firmware, image: &RegisterImage) -> Option<Self> {
-        let registers = Registers::of(firmware)?;
-        let from = |address: u16| image.0.get(usize::from(address)..);
+    /// Decodes the registers, once these reads are over.
+    #[inline(never)]
+    pub(super) fn decode(
+        firmware: Firmware,
+        image: &RegisterImage,
+        reads: Reads,
+        required: XRequirements,
+    ) -> Option<Self> {
+        let registers = Registers::of(firmware, required.mode)?;
+        let from = |address| image.from(reads, address);
         let byte = |address: u16| from(address)?.first().copied();
+        let short = |address: u16| from(address)?.first_chunk().copied();
         let mut mode = [0; 4];
         let bytes = from(registers.mode)?.get(..registers.mode_bytes)?;
         mode.get_mut(..registers.mode_bytes)?.copy_from_slice(bytes);
@@ -137,7 +222,7 @@ impl ServoSettings {
             return_delay: byte(registers.return_delay)?,
             mode,
             max_torque: if is_stock {
-                *from(protocol1::register::MAX_TORQUE)?.first_chunk()?
+                short(protocol1::register::MAX_TORQUE)?
             } else {
                 [0; 2]
             },
@@ -148,46 +233,48 @@ impl ServoSettings {
             } else {
                 byte(protocol2::register::BUS_WATCHDOG)?
             },
-            goal_pwm: if is_stock {
-                [0; 2]
-            } else {
-                *from(protocol2::register::GOAL_PWM)?.first_chunk()?
+            goal: match (firmware, required.mode) {
+                (Firmware::Morpheus | Firmware::Stock, _) => Some([0; 2]),
+                (_, ControlMode::Pwm) => short(protocol2::register::GOAL_PWM),
+                (_, ControlMode::Current) => short(protocol2::register::GOAL_CURRENT),
             },
+            current_limit: short(protocol2::register::CURRENT_LIMIT).map_or(0, u16::from_le_bytes),
         })
     }
 
     /// These settings as they are in a servo that takes torque.
-    pub(super) fn made_ready(self) -> Option<Self> {
-        let registers = Registers::of(self.firmware)?;
+    pub(super) fn made_ready(self, required: XRequirements) -> Option<Self> {
+        let registers = Registers::of(self.firmware, required.mode)?;
         Some(Self {
             return_delay: registers.ready_delay,
-            mode: registers.ready_mode,
+            mode: registers.made_ready(self.mode),
             level: self.level.max(LEVEL_READ),
             ..self
         })
     }
 
     /// Whether the servo takes torque with these settings.
-    pub(super) fn are_ready(self) -> bool {
-        Registers::of(self.firmware).is_some_and(|registers| {
+    pub(super) fn are_ready(self, required: XRequirements) -> bool {
+        Registers::of(self.firmware, required.mode).is_some_and(|registers| {
             self.return_delay == registers.ready_delay
-                && self.mode == registers.ready_mode
+                && self.mode == registers.made_ready(self.mode)
                 && self.level > 0
         })
     }
 
     /// Whether torque can be enabled without a motion.
-    pub(super) fn are_safe(self, watchdog: u8) -> bool {
-        self.are_ready() && self.has_watchdog(watchdog) && self.goal_pwm == [0; 2]
+    pub(super) fn are_safe(self, required: XRequirements) -> bool {
+        self.are_ready(required) && self.meet(required) && self.goal == Some([0; 2])
     }
 
     /// Whether it would obey a torque now.
-    pub(super) fn are_in_force(self, watchdog: u8) -> bool {
-        self.are_ready() && self.torque == 1 && self.has_watchdog(watchdog)
+    pub(super) fn are_in_force(self, required: XRequirements) -> bool {
+        self.are_ready(required) && self.torque == 1 && self.meet(required)
     }
 
-    /// Whether its watchdog, if it has one, is set to this.
-    fn has_watchdog(self, watchdog: u8) -> bool {
-        self.firmware != Firmware::XSeries || self.watchdog == watchdog
+    /// Whether its watchdog, if it has one, is set, and its current limit permits all commands.
+    fn meet(self, required: XRequirements) -> bool {
+        self.firmware != Firmware::XSeries
+            || (self.watchdog == required.watchdog && self.current_limit >= required.current_max)
     }
 }

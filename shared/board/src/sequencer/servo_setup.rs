@@ -11,14 +11,17 @@
 //! they are written only where they differ, and the values found are kept for the
 //! release, until reset.
 //!
-//! An X servo has a PWM control mode, which is EEPROM too, and a watchdog of the bus: it is set
-//! last, by the period of the ticks, and from then on a servo that receives no packet of its protocol for that long
+//! An X servo has a PWM control mode, and a current control mode if it measures its current: EEPROM,
+//! too, as is its drive mode, of which the direction of rotation stays as found and torque by a goal
+//! does not. A servo in current control mode whose current limit is below the board's largest
+//! command ignores a goal beyond it, so it is refused. The watchdog of the bus is set last, by the
+//! period of the ticks: from then on a servo that receives no packet of its protocol for that long
 //! switches its motor off, whatever has become of board and wire.
 
-use super::servo_settings::{RegisterImage, ServoSettings, watchdog};
+use super::servo_settings::{RegisterImage, ServoSettings, XRequirements};
 use super::setup_step::{RegisterAccess, SavedConfig, SetupGoal, SetupStep, Step};
 use armbridge_servo::master::timing::CONTROL_STEP_US;
-use armbridge_servo::{Firmware, JOINTS, Query, ServoIds};
+use armbridge_servo::{ControlMode, Firmware, JOINTS, Query, ServoIds};
 
 /// Time without requests after a write to a servo's EEPROM, in µs. The e-Manual
 /// does not specify it; an `ATmega8`, which AX-12A have had, takes
@@ -43,24 +46,27 @@ pub(super) enum Progress {
 pub(super) struct ServoSetup {
     saved: [SavedConfig; JOINTS],
     image: RegisterImage,
-    /// Watchdog of X servos, in units of 20 ms.
-    watchdog: u8,
+    required: XRequirements,
 }
 
 impl ServoSetup {
-    /// Nothing is known of the servos; ticks of this period.
-    pub(super) fn new(period_us: u32) -> Self {
+    /// Nothing is known of the servos.
+    pub(super) fn new(required: XRequirements) -> Self {
         Self {
             saved: [SavedConfig::default(); JOINTS],
             image: RegisterImage::default(),
-            watchdog: watchdog(period_us),
+            required,
         }
     }
 
-    /// Sets the period of the ticks. Whether the watchdog is another one.
-    pub(super) fn set_period(&mut self, period_us: u32) -> bool {
-        let before = core::mem::replace(&mut self.watchdog, watchdog(period_us));
-        before != self.watchdog
+    /// Sets what X servos have to be. Whether that is something else than before.
+    pub(super) fn require(&mut self, required: XRequirements) -> bool {
+        core::mem::replace(&mut self.required, required) != required
+    }
+
+    /// What commands of servos are that have been made ready.
+    pub(super) fn mode(&self) -> ControlMode {
+        self.required.mode
     }
 
     /// The first request from this step on, with its step; joints without a servo have none.
@@ -85,7 +91,7 @@ impl ServoSetup {
     /// The register access of a step; `None` if there is nothing to do.
     fn access(&self, step: SetupStep, firmware: Firmware) -> Option<RegisterAccess> {
         let saved = self.saved.get(step.joint).copied().unwrap_or_default();
-        step.access(firmware, &saved, self.watchdog)
+        step.access(firmware, &saved, self.required)
     }
 
     /// Takes the data of the reply to this step, or its absence.
@@ -101,27 +107,30 @@ impl ServoSetup {
             // Until its control step is over, a servo that has replied may not listen.
             CONTROL_STEP_US
         };
-        // An X servo that refuses to read answers without data.
+        let is_silent = data.is_none();
+        // An X servo without such a register answers without data.
         let data = data.filter(|data| !data.is_empty());
         let access = self.access(step, firmware);
-        if let (Some(data), Some(RegisterAccess::Read(address, _))) = (data, access) {
-            self.image.store(address, data);
-            if let Some(next) = step.next_read(firmware) {
+        let reads = step.reads(firmware, self.required.mode).unwrap_or_default();
+        if let (Some(data), Some(RegisterAccess::Read(..))) = (data, access) {
+            self.image.store(reads, step.read, data);
+            if let Some(next) = step.next_read(reads) {
                 return Progress::Step(next, pause_us);
             }
         }
-        let settings = data.and_then(|_| ServoSettings::decode(firmware, &self.image));
+        let settings =
+            data.and_then(|_| ServoSettings::decode(firmware, &self.image, reads, self.required));
         let next = match (step.step, settings) {
             (Step::Read | Step::Reread | Step::Confirm | Step::Verify, Some(settings)) => {
                 let is_check = matches!(step.step, Step::Confirm | Step::Verify);
                 let is_passed = match step.step {
-                    Step::Confirm => settings.are_safe(self.watchdog),
-                    Step::Verify => settings.are_in_force(self.watchdog),
+                    Step::Confirm => settings.are_safe(self.required),
+                    Step::Verify => settings.are_in_force(self.required),
                     _ => true,
                 };
                 if let Some(saved) = self.saved.get_mut(step.joint) {
                     saved.now = Some(settings);
-                    if !is_check && !settings.are_ready() {
+                    if !is_check && !settings.are_ready(self.required) {
                         saved.before = Some(settings);
                     }
                 }
@@ -139,14 +148,18 @@ impl ServoSetup {
             }),
             (Step::Confirm | Step::Verify, None) if step.again().is_some() => step.again(),
             (Step::Reread | Step::Confirm | Step::Verify, None) => {
-                return Progress::Silent(step.joint);
+                return if is_silent {
+                    Progress::Silent(step.joint)
+                } else {
+                    Progress::Refused(step.joint)
+                };
             }
             (
                 Step::EnableReplies
                 | Step::Mode
                 | Step::ReturnDelay
                 | Step::WatchdogOff
-                | Step::ZeroDuty
+                | Step::ZeroGoal
                 | Step::Watchdog
                 | Step::TorqueOn
                 | Step::TorqueOff
@@ -170,8 +183,14 @@ impl ServoSetup {
 mod tests {
     extern crate std;
     use super::*;
+    use crate::tick::LoopConfig;
+    use armbridge_link::message::Settings;
     use armbridge_servo::protocol1::register::TORQUE_ENABLE;
     use std::vec::Vec;
+
+    fn required() -> XRequirements {
+        XRequirements::of(&LoopConfig::build(&Settings::default()).unwrap())
+    }
 
     /// A servo's registers, as it comes from the factory, with torque off.
     fn factory() -> [u8; 50] {
@@ -190,7 +209,7 @@ mod tests {
         is_lost: impl Fn(usize) -> bool,
     ) -> (Vec<(usize, u16)>, Progress) {
         let ids = ServoIds::from([1, 2].map(|id| armbridge_servo::ServoId::new(id).unwrap()));
-        let (mut setup, mut writes) = (ServoSetup::new(1_000), Vec::new());
+        let (mut setup, mut writes) = (ServoSetup::new(required()), Vec::new());
         let mut end = Progress::Done(SetupGoal::Read);
         for first in [SetupStep::READ, SetupStep::PREPARE] {
             let mut step = first;
@@ -201,7 +220,7 @@ mod tests {
                 };
                 let memory = &mut servos[step.joint];
                 let data = match step
-                    .access(Firmware::Stock, &setup.saved[step.joint], 1)
+                    .access(Firmware::Stock, &setup.saved[step.joint], required())
                     .unwrap()
                 {
                     RegisterAccess::Read(..) => Some(&memory[5..25]),

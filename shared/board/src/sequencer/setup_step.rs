@@ -2,8 +2,9 @@
 
 use heapless::Vec;
 
-use super::servo_settings::{LEVEL_READ, Registers, ServoSettings};
-use armbridge_servo::{Firmware, JOINTS, Query, protocol1, protocol2};
+use super::servo_settings::{LEVEL_READ, Reads, Registers, ServoSettings, XRequirements};
+use armbridge_servo::protocol2::model;
+use armbridge_servo::{ControlMode, Firmware, JOINTS, Query, protocol1, protocol2};
 
 /// Most repetitions of the steps of servos that are not ready after them: a write was lost,
 /// or a reply.
@@ -50,17 +51,17 @@ pub(crate) enum Step {
     EnableReplies,
     /// Reads the settings after that.
     Reread,
-    /// Writes what selects open-loop control: the angle limits, or the operating mode.
+    /// Writes what selects open-loop control: the angle limits, or drive mode and operating mode.
     Mode,
     ReturnDelay,
     /// Ends the watchdog of an X servo, and the lock of its goals by one that has switched off.
     WatchdogOff,
-    /// Writes moving speed 0 and the torque limit, or goal PWM 0.
-    ZeroDuty,
+    /// Writes moving speed 0 and the torque limit, or goal PWM or goal current 0.
+    ZeroGoal,
     /// Starts the watchdog of an X servo.
     Watchdog,
     /// Reads the settings of an X servo before torque is enabled: a change of the operating mode
-    /// has set its goal PWM to the largest.
+    /// has set its goals to the largest.
     Confirm,
     TorqueOn,
     TorqueOff,
@@ -78,7 +79,7 @@ impl Step {
             Self::Read
             | Self::Reread
             | Self::WatchdogOff
-            | Self::ZeroDuty
+            | Self::ZeroGoal
             | Self::Watchdog
             | Self::Confirm
             | Self::TorqueOn
@@ -134,18 +135,26 @@ impl SetupStep {
         })
     }
 
-    /// The next read of this step; `None` after the last.
-    pub(super) fn next_read(self, firmware: Firmware) -> Option<Self> {
+    /// The next one of the reads of this step; `None` after the last.
+    pub(super) fn next_read(self, reads: Reads) -> Option<Self> {
         let read = self.read + 1;
-        let reads = Registers::of(firmware)?.reads;
         (usize::from(read) < reads.len()).then_some(Self { read, ..self })
+    }
+
+    /// What this step reads. At first only what every model has.
+    pub(super) fn reads(self, firmware: Firmware, mode: ControlMode) -> Option<Reads> {
+        let mode = match self.step {
+            Step::Read | Step::Reread => ControlMode::Pwm,
+            _ => mode,
+        };
+        Some(Registers::of(firmware, mode)?.reads)
     }
 
     /// The step after this one; `None` after the last.
     pub(super) fn after(self) -> Option<Self> {
         use Step::{
             Confirm, EnableReplies, Mode, Read, Reread, ReturnDelay, StatusLevel, TorqueOff,
-            TorqueOn, Verify, Watchdog, WatchdogOff, ZeroDuty,
+            TorqueOn, Verify, Watchdog, WatchdogOff, ZeroGoal,
         };
         let of_this = |step| Some((self.joint, step));
         let of_next = |step| (self.joint + 1 < JOINTS).then_some((self.joint + 1, step));
@@ -158,8 +167,8 @@ impl SetupStep {
             // No servo has torque while the board waits for the EEPROM of another.
             (_, ReturnDelay) => of_next(TorqueOff).or(Some((0, WatchdogOff))),
             (SetupGoal::Restore, WatchdogOff) => of_next(TorqueOff),
-            (_, WatchdogOff) => of_this(ZeroDuty),
-            (_, ZeroDuty) => of_this(Watchdog),
+            (_, WatchdogOff) => of_this(ZeroGoal),
+            (_, ZeroGoal) => of_this(Watchdog),
             (_, Watchdog) => of_this(Confirm),
             (_, Confirm) => of_this(TorqueOn),
             (_, TorqueOn) => of_this(Verify),
@@ -176,10 +185,10 @@ impl SetupStep {
     }
 
     /// Settings that the goal requires: ready, or as found.
-    fn target(self, saved: &SavedConfig) -> Option<ServoSettings> {
+    fn target(self, saved: &SavedConfig, required: XRequirements) -> Option<ServoSettings> {
         match self.goal {
             SetupGoal::Read => saved.now,
-            SetupGoal::Prepare => saved.now?.made_ready(),
+            SetupGoal::Prepare => saved.now?.made_ready(required),
             SetupGoal::Restore => saved.before,
         }
     }
@@ -189,9 +198,9 @@ impl SetupStep {
         self,
         firmware: Firmware,
         saved: &SavedConfig,
-        watchdog: u8,
+        required: XRequirements,
     ) -> Option<RegisterAccess> {
-        let registers = Registers::of(firmware)?;
+        let registers = Registers::of(firmware, required.mode)?;
         let write = |address, data: &[u8]| {
             Vec::from_slice(data)
                 .ok()
@@ -204,25 +213,31 @@ impl SetupStep {
         match self.step {
             Step::Confirm if firmware != Firmware::XSeries => None,
             Step::Read | Step::Reread | Step::Confirm | Step::Verify => {
-                let (address, count) = *registers.reads.get(usize::from(self.read))?;
+                let reads = self.reads(firmware, required.mode)?;
+                let (address, count) = *reads.get(usize::from(self.read))?;
                 Some(RegisterAccess::Read(address, count))
             }
             Step::EnableReplies => write(registers.level, &[LEVEL_READ]),
             Step::WatchdogOff => write_watchdog(0),
-            Step::Watchdog => write_watchdog(watchdog),
-            Step::ZeroDuty => match firmware {
-                Firmware::Morpheus => None,
+            Step::Watchdog => write_watchdog(required.watchdog),
+            Step::ZeroGoal => match (firmware, required.mode) {
+                (Firmware::Morpheus, _) => None,
                 // The torque limit is the next register: a shutdown has left it at 0.
-                Firmware::Stock => {
+                (Firmware::Stock, _) => {
                     let [low, high] = saved.now?.max_torque;
                     write(protocol1::register::MOVING_SPEED, &[0, 0, low, high])
                 }
-                Firmware::XSeries => write(protocol2::register::GOAL_PWM, &[0, 0]),
+                (_, ControlMode::Pwm) => write(protocol2::register::GOAL_PWM, &[0, 0]),
+                // The goal PWM is the largest duty then, and the goal current the next register.
+                (_, ControlMode::Current) => {
+                    let [low, high] = model::FULL.to_le_bytes();
+                    write(protocol2::register::GOAL_PWM, &[low, high, 0, 0])
+                }
             },
             Step::TorqueOn => write(registers.torque, &[1]),
             Step::TorqueOff => write(registers.torque, &[0]),
             Step::Mode | Step::ReturnDelay | Step::StatusLevel => {
-                let (now, target) = (saved.now?, self.target(saved)?);
+                let (now, target) = (saved.now?, self.target(saved, required)?);
                 match self.step {
                     Step::Mode if now.mode != target.mode => {
                         write(registers.mode, target.mode.get(..registers.mode_bytes)?)

@@ -73,12 +73,13 @@ impl<B: Bus> BusSequencer<B> {
         let _ = self.master.poll(self.now_us);
     }
 
+    #[inline(never)]
     fn begin_search_step(&mut self, step: SearchStep) -> Option<BusEvent> {
         // Not busy: idle was checked before.
         let _ = self.master.set_servos(self.ids);
         let transaction = match step {
             SearchStep::Stop => {
-                self.master.set_prepared(false);
+                self.master.set_prepared(None);
                 self.master.forget_echo();
                 self.discovery.begin();
                 self.set_bus_line(Firmware::Morpheus);
@@ -217,6 +218,7 @@ impl<B: Bus> BusSequencer<B> {
         BusEvent::LinedUp
     }
 
+    #[inline(never)]
     fn finish_request(&mut self) -> BusEvent {
         let Some(owner) = self.owner.take() else {
             return BusEvent::Served;
@@ -262,7 +264,7 @@ impl<B: Bus> BusSequencer<B> {
         match goal {
             SetupGoal::Read => self.line_up(),
             SetupGoal::Prepare => {
-                self.master.set_prepared(true);
+                self.master.set_prepared(Some(self.setup.mode()));
                 self.line_up()
             }
             SetupGoal::Restore => {

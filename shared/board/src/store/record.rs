@@ -32,7 +32,7 @@ use armbridge_control::arm::Parameters;
 use armbridge_control::estimate::Config;
 use armbridge_link::crc32;
 use armbridge_link::message::{Controller, Limits, Settings, SettingsGroups};
-use armbridge_servo::JOINTS;
+use armbridge_servo::{ControlMode, JOINTS};
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use postcard_schema::key::Key;
@@ -54,8 +54,8 @@ type ControlGroup = (
     Config<f32>,
     ([f32; JOINTS], [u8; JOINTS]),
 );
-/// Calibration of the servos.
-type JointsGroup = [Joint<f32>; JOINTS];
+/// Calibration of the servos, and what their commands are.
+type JointsGroup = (Joint<f32>, Joint<f32>, ControlMode);
 
 /// Longest body with settings of this build.
 const BODY_MAX: usize = 4 * GROUP_HEADER
@@ -139,7 +139,7 @@ impl<'a> Record<'a> {
             None => lost = lost.or(SettingsGroups::ARM),
         }
         match self.group(Tag::Joints)? {
-            Some(joints) => setup.joints = joints,
+            Some((a, b, mode)) => (setup.joints, setup.control_mode) = ([a, b], mode),
             None => lost = lost.or(SettingsGroups::JOINTS),
         }
         match self.group(Tag::Limits)? {
@@ -206,7 +206,9 @@ pub(super) fn encode_settings(
     );
     append(&mut record, Tag::Control, &control)?;
     append(&mut record, Tag::Arm, &setup.arm)?;
-    append(&mut record, Tag::Joints, &setup.joints)?;
+    let [a, b] = setup.joints;
+    let joints: JointsGroup = (a, b, setup.control_mode);
+    append(&mut record, Tag::Joints, &joints)?;
     append(&mut record, Tag::Limits, limits)?;
     record.extend_from_slice(&[0; CRC_LEN]).ok()?;
     renumber(&mut record, generation);

@@ -28,7 +28,7 @@ use armbridge_control::encoder::Encoder;
 use armbridge_control::estimate::{self, Config, Estimator};
 use armbridge_link::limits::Limits;
 use armbridge_link::message::{self, FRICTION_LOAD_PERCENT_MAX, Gains, Refusal, Settings, Setup};
-use armbridge_servo::JOINTS;
+use armbridge_servo::{ControlMode, JOINTS};
 
 /// Time constant in s of the fading torque offset: slow beside the loop's own 50 ms,
 /// so that the disturbance is small, and over within half a second.
@@ -84,6 +84,8 @@ pub struct ControlConfig {
     /// Number of joints, that of `arm`.
     pub(super) joint_count: usize,
     pub(super) joints: [Joint<f32>; JOINTS],
+    /// What commands are.
+    mode: ControlMode,
     pub(super) estimator: Estimator<f32>,
     /// Whether the estimator's model has dry friction and so gets the whole torque.
     pub(super) knows_friction: bool,
@@ -137,9 +139,16 @@ impl LoopConfig {
         Self::from_parts(&self.control, limits)
     }
 
-    /// Whether the servos, their number and their calibration, are those of `control`.
+    /// Whether the servos, their number, commands and calibration, are those of `control`.
     pub(crate) fn has_joints(&self, control: &ControlConfig) -> bool {
-        self.control.joints == control.joints && self.joints() == control.joint_count
+        self.control.joints == control.joints
+            && self.control.mode == control.mode
+            && self.joints() == control.joint_count
+    }
+
+    /// What commands are.
+    pub(crate) fn control_mode(&self) -> ControlMode {
+        self.control.mode
     }
 
     /// Number of joints, and of servos.
@@ -263,6 +272,7 @@ impl ControlConfig {
             arm,
             joint_count: arm.joints(),
             joints: setup.joints,
+            mode: setup.control_mode,
             estimator,
             knows_friction,
             controller,
@@ -296,6 +306,7 @@ impl ControlConfig {
                 self.arm.check(&mut sum);
                 (self.joint_count as u32).check(&mut sum);
                 self.joints.check(&mut sum);
+                (self.mode as u32).check(&mut sum);
                 self.fade.check(&mut sum);
             }
             1 => {

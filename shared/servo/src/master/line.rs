@@ -4,7 +4,7 @@ use super::{Busy, Master};
 use crate::bus::Bus;
 use crate::exchange::Readiness;
 use crate::master::timing::tick_us;
-use crate::{Firmware, ServoIds};
+use crate::{ControlMode, Firmware, ServoIds};
 
 impl<B: Bus> Master<B> {
     /// Sets the firmware of the servos and the speed of the line.
@@ -58,13 +58,15 @@ impl<B: Bus> Master<B> {
         self.echo.forget_bus();
     }
 
-    /// Sets whether stock servos are prepared; if not, their settings are unknown, and a
-    /// tick only reads their positions.
-    pub fn set_prepared(&mut self, is_prepared: bool) {
-        self.line.readiness = if is_prepared {
-            Readiness::Prepared
-        } else {
-            Readiness::Unknown
+    /// Sets that stock or X servos are prepared, and what their commands are; if `None`, their
+    /// settings are unknown, and a tick only reads their positions.
+    pub fn set_prepared(&mut self, mode: Option<ControlMode>) {
+        self.line.readiness = match mode {
+            Some(mode) => {
+                self.line.mode = mode;
+                Readiness::Prepared
+            }
+            None => Readiness::Unknown,
         };
         self.note_least_period();
     }
@@ -83,9 +85,23 @@ impl<B: Bus> Master<B> {
         self.line.readiness == Readiness::Prepared || self.line.firmware == Firmware::Morpheus
     }
 
+    /// What commands of the servos are, PWM unless they are prepared for another.
+    pub fn mode(&self) -> ControlMode {
+        if self.line.readiness == Readiness::Prepared {
+            self.line.mode
+        } else {
+            ControlMode::Pwm
+        }
+    }
+
     /// Whether the servos answer without the return delay of the factory.
     pub fn answers_soon(&self) -> bool {
         self.line.readiness.answers_soon() || self.line.firmware == Firmware::Morpheus
+    }
+
+    /// Last known activity on the bus, in µs.
+    pub fn active_us(&self) -> u64 {
+        self.active_us
     }
 
     /// Firmware of the servos.

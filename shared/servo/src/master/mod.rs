@@ -97,7 +97,7 @@ use super::bus::{Bus, SEND_MAX, Transmission};
 use super::exchange::{GUARD_US, Line};
 use super::port::bytes_us;
 use super::{Alarms, Firmware, Missing, Sample, ServoIds};
-use crate::{JOINTS, Pwm};
+use crate::{ControlMode, JOINTS, Pwm};
 use core::convert::Infallible;
 use echo::Echo;
 use receiver::Receiver;
@@ -178,6 +178,7 @@ impl<B: Bus> Master<B> {
                 baud: super::port::BAUD_RATES[0],
                 available_us: u32::MAX,
                 readiness: Readiness::Unknown,
+                mode: ControlMode::default(),
                 least_period_us: 0,
             },
             echo: Echo::default(),

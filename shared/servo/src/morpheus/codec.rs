@@ -7,7 +7,7 @@ use super::frame::{
 };
 use super::{MASTER, Morpheus, Request, safe_read};
 use crate::protocol::{Extent, Protocol, Reply, word_start};
-use crate::{Alarms, DecodeError, Firmware, Instruction, JOINTS, Pwm, Query, ServoId};
+use crate::{Alarms, ControlMode, DecodeError, Firmware, Instruction, JOINTS, Pwm, Query, ServoId};
 use core::ops::RangeInclusive;
 use heapless::Vec;
 
@@ -197,7 +197,7 @@ impl Protocol for Morpheus {
     }
 
     /// The low byte of the PWM.
-    fn off_query(servo: ServoId) -> Query {
+    fn off_query(servo: ServoId, _mode: ControlMode) -> Query {
         let plan = safe_read::PWM_LOW;
         Query {
             packet: plan.request(servo),

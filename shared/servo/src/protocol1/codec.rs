@@ -3,7 +3,7 @@
 use super::frame::{BROADCAST, FRAME_MAX, Frame, HEADER, OVERHEAD, checksum};
 use super::{Protocol1, Status, register};
 use crate::protocol::{Extent, Protocol, Reply, word_start};
-use crate::{DecodeError, Firmware, Instruction, Packet, Query, ServoId};
+use crate::{ControlMode, DecodeError, Firmware, Instruction, Packet, Query, ServoId};
 use heapless::Vec;
 
 /// Registers from the angle limits through the moving speed.
@@ -139,7 +139,7 @@ impl Protocol for Protocol1 {
     /// Reads angle limits through moving speed: torque enable alone would not distinguish a
     /// servo that holds still from one that is on its way, and a moving speed of 0
     /// is standstill in wheel mode, but the highest speed in joint mode.
-    fn off_query(servo: ServoId) -> Query {
+    fn off_query(servo: ServoId, _mode: ControlMode) -> Query {
         Self::read_query(servo.get(), register::ANGLE_LIMITS, OFF_BYTES).unwrap_or_default()
     }
 

@@ -9,11 +9,17 @@ use super::instruction::{Instruction as Instruction2, InstructionError};
 use super::status::{Status, StatusError};
 use super::{model, register};
 use crate::protocol::{Extent, Protocol, Reply};
-use crate::{Alarms, DecodeError, Firmware, Instruction, JOINTS, Packet, Query, ServoId};
+use crate::{
+    Alarms, ControlMode, DecodeError, Firmware, Instruction, JOINTS, Packet, Query, ServoId,
+};
 use heapless::Vec;
 
 /// Bytes of a status packet beside its data: with the error byte.
 const STATUS_OVERHEAD: usize = OVERHEAD + 1;
+/// Largest present current of a motor that is off, in counts: noise of its measurement, which no
+/// document specifies, so an assumption. It is at most 2.5 % of the stall current of any model
+/// ([`model`]), which moves no joint.
+const OFF_CURRENT_COUNTS: u16 = 20;
 /// Bytes of a present position.
 pub(super) const POSITION_BYTES: u16 = 4;
 
@@ -174,10 +180,11 @@ impl Protocol for Protocol2 {
         data.len() == 3
     }
 
-    /// Within one turn: a joint that has left it is at its nearer end, beyond every limit.
+    /// Within a turn. The servo counts turns, from one that depends on its homing offset, its modes and its past;
+    /// a joint's limits are less than half a turn from its zero.
     fn position(data: &[u8]) -> Option<u16> {
         let counts = i32::from_le_bytes(data.try_into().ok()?);
-        Some(counts.clamp(0, i32::from(model::TURN) - 1) as u16)
+        Some(counts.rem_euclid(i32::from(model::TURN)) as u16)
     }
 
     fn read_query<const N: usize>(id: u8, address: u16, count: u16) -> Option<Query<N>> {
@@ -203,14 +210,28 @@ impl Protocol for Protocol2 {
     }
 
     /// Reads the PWM on the motor. In every tick with motors off the bridge disables torque, or
-    /// has goal PWM 0, so that this shows what has become of it.
-    fn off_query(servo: ServoId) -> Query {
-        Self::read_query(servo.get(), register::PRESENT_PWM, 2).unwrap_or_default()
+    /// has goal PWM or goal current 0, so that this shows what has become of it. A current of 0
+    /// takes a PWM while the motor turns, so that in current control mode the present current, which is
+    /// the next register, counts as well.
+    fn off_query(servo: ServoId, mode: ControlMode) -> Query {
+        let bytes = match mode {
+            ControlMode::Pwm => 2,
+            ControlMode::Current => 4,
+        };
+        Self::read_query(servo.get(), register::PRESENT_PWM, bytes).unwrap_or_default()
     }
 
     fn decode_off(data: &[u8]) -> Option<bool> {
-        let pwm: [u8; 2] = data.try_into().ok()?;
-        Some(pwm == [0; 2])
+        let (pwm, current) = data.split_first_chunk::<2>()?;
+        let has_little_current = match current {
+            [] => false,
+            [low, high] => {
+                let counts = i16::from_le_bytes([*low, *high]);
+                counts.unsigned_abs() <= OFF_CURRENT_COUNTS
+            }
+            _ => return None,
+        };
+        Some(*pwm == [0; 2] || has_little_current)
     }
 }
 

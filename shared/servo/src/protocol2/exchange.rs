@@ -1,10 +1,10 @@
 //! The control tick with X servos, and their response times.
 //!
 //! ```text
-//! SYNC_WRITE of the goal PWM (20 bytes) | guard | FAST_SYNC_READ (16 bytes) | both positions (24)
+//! SYNC_WRITE of the goals (20 bytes) | guard | FAST_SYNC_READ (16 bytes) | both positions (24)
 //! ```
 //!
-//! With motors held off, torque enable 0 to all (13 bytes) stands in the place of the first.
+//! The goals are PWM or currents, by the [`ControlMode`]. With motors held off, torque enable 0 to all (13 bytes) stands in the place of the first.
 //!
 //! | at         | bytes  | guards | return delay and processing | shortest period |
 //! |------------|--------|--------|-----------------------------|-----------------|
@@ -20,7 +20,7 @@ use super::{BROADCAST, FastStatus, Instruction, Protocol2, model, register, torq
 use crate::exchange::{Exchange, ExpectedReplies, GUARD_US, Line, Readiness, Step};
 use crate::port::bytes_us;
 use crate::transaction::Transaction;
-use crate::{JOINTS, Packet, Pwm, ServoId, ServoIds};
+use crate::{ControlMode, JOINTS, Packet, Pwm, ServoId, ServoIds};
 
 /// Return delay that bring-up gives to X servos, with which a reply begins no sooner than that of
 /// an AX-12A: the direction pin is lowered within 40 µs.
@@ -64,7 +64,7 @@ impl Exchange for Protocol2 {
         Some(match index {
             0 => match pwm {
                 Some(pwm) if line.readiness == Readiness::Prepared => {
-                    Step::Send(goals(line.ids, pwm)?)
+                    Step::Send(goals(line.mode, line.ids, pwm)?)
                 }
                 // In another mode the goal has another meaning.
                 _ => Step::Send(torque_off()),
@@ -92,15 +92,18 @@ fn reply_us(baud: u32, readiness: Readiness) -> u64 {
     begins_us + bytes_us(REPLY_BYTES, baud)
 }
 
-/// `SYNC_WRITE` of the goal PWM.
-fn goals(ids: ServoIds, pwm: [Pwm; JOINTS]) -> Option<Packet> {
+/// `SYNC_WRITE` of the goals.
+fn goals(mode: ControlMode, ids: ServoIds, pwm: [Pwm; JOINTS]) -> Option<Packet> {
     let mut blocks: heapless::Vec<u8, { 3 * JOINTS }> = heapless::Vec::new();
     for (id, pwm) in ids.iter().zip(pwm) {
-        let [low, high] = duty(pwm).to_le_bytes();
+        let [low, high] = goal(mode, pwm).to_le_bytes();
         blocks.extend([id.get(), low, high]);
     }
     let write = Instruction::SyncWrite {
-        address: register::GOAL_PWM,
+        address: match mode {
+            ControlMode::Pwm => register::GOAL_PWM,
+            ControlMode::Current => register::GOAL_CURRENT,
+        },
         count: 2,
         blocks: &blocks,
     };
@@ -118,9 +121,12 @@ fn positions(ids: ServoIds) -> Option<Packet> {
     read.encode(BROADCAST)
 }
 
-/// PWM in units of an X servo, -885..=885, rounded to the nearest.
-fn duty(pwm: Pwm) -> i16 {
+/// Goal in units of an X servo: a PWM of -885..=885, rounded to the nearest, or a current.
+fn goal(mode: ControlMode, pwm: Pwm) -> i16 {
     let from_off = i32::from(pwm.counts()) - i32::from(Pwm::OFF.counts());
+    if mode == ControlMode::Current {
+        return from_off as i16;
+    }
     let half = if from_off < 0 { -500 } else { 500 };
     ((from_off * FULL + half) / 1_000).clamp(-FULL, FULL) as i16
 }
@@ -132,10 +138,15 @@ mod tests {
     #[test]
     fn a_tick_is_as_long_as_its_table_says() {
         let ids = ServoIds::from([1, 2].map(|id| ServoId::new(id).unwrap()));
-        let goals = goals(ids, [Pwm::new(2_000).unwrap(), Pwm::new(999).unwrap()]).unwrap();
+        let pwm = [2_000, 999].map(|counts| Pwm::new(counts).unwrap());
+        let [goals, currents] =
+            [ControlMode::Pwm, ControlMode::Current].map(|mode| goals(mode, ids, pwm).unwrap());
         assert_eq!(goals.len(), GOALS_BYTES as usize);
         // 885 and -1.
         assert_eq!(goals[12..18], [1, 0x75, 0x03, 2, 0xFF, 0xFF]);
+        // 1000 and -1.
+        assert_eq!(currents[8..12], [102, 0, 2, 0]);
+        assert_eq!(currents[12..18], [1, 0xE8, 0x03, 2, 0xFF, 0xFF]);
         assert_eq!(positions(ids).unwrap().len(), READ_BYTES as usize);
         let tick_us = |baud| Protocol2::tick_us(baud, Readiness::Prepared);
         assert_eq!(

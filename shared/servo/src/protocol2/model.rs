@@ -61,11 +61,39 @@ pub struct Model {
     pub nominal_v: f32,
     /// Stall torque at that, in N m.
     pub stall_nm: f32,
+    /// Speed without a load at that, in rpm.
+    pub no_load_rpm: f32,
     /// Highest temperature from the factory, in °C.
     pub temperature_c: u8,
     /// Measurement of the current; without, the model has neither current control mode nor a
     /// current limit.
     pub current: Option<CurrentSense>,
+}
+
+impl CurrentSense {
+    /// Counts of the goal current per N m, by the nominal torque constant.
+    pub fn counts_per_nm(&self) -> f32 {
+        1.0 / (self.a_per_count * self.nm_per_a)
+    }
+}
+
+impl Model {
+    /// Back-EMF in N m s/rad, which brakes a motor whose command is a duty: stall torque over the speed
+    /// without a load.
+    pub fn back_emf_nm_s(&self) -> f32 {
+        self.stall_nm / (self.no_load_rpm * core::f32::consts::TAU / 60.0)
+    }
+
+    /// The model with current control mode whose nominal torque per count is nearest to this.
+    pub fn nearest_by_current(counts_per_nm: f32) -> Option<&'static Self> {
+        let distance = |model: &&Self| {
+            let nominal = model.current.map(|current| current.counts_per_nm());
+            let ratio = nominal.unwrap_or_default() / counts_per_nm;
+            ratio.max(1.0 / ratio)
+        };
+        let with_current = MODELS.iter().filter(|model| model.current.is_some());
+        with_current.min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    }
 }
 
 /// Position counts of a turn: 12 bits, in all of them.
@@ -76,7 +104,7 @@ pub const FULL: u16 = 885;
 const fn model(
     number: u16,
     name: &'static str,
-    (nominal_v, stall_nm, temperature_c): (f32, f32, u8),
+    (nominal_v, stall_nm, no_load_rpm, temperature_c): (f32, f32, f32, u8),
     current: Option<CurrentSense>,
 ) -> Model {
     Model {
@@ -86,6 +114,7 @@ const fn model(
         full_pwm: FULL,
         nominal_v,
         stall_nm,
+        no_load_rpm,
         temperature_c,
         current,
     }
@@ -100,39 +129,39 @@ const fn current(a_per_count: f32, most_counts: u16, stall_nm: f32, stall_a: f32
 }
 
 /// The model that a lab is likeliest to have, which the bench has where none is named.
-pub const XL430_W250: Model = model(1060, "XL430-W250", (11.1, 1.4, 72), None);
+pub const XL430_W250: Model = model(1060, "XL430-W250", (11.1, 1.4, 57.0, 72), None);
 
 /// The models, by number.
 pub const MODELS: [Model; 6] = [
     model(
         1020,
         "XM430-W350",
-        (12.0, 4.1, 80),
+        (12.0, 4.1, 46.0, 80),
         Some(current(0.002_69, 1_193, 4.1, 2.3)),
     ),
     model(
         1030,
         "XM430-W210",
-        (12.0, 3.0, 80),
+        (12.0, 3.0, 77.0, 80),
         Some(current(0.002_69, 1_193, 3.0, 2.3)),
     ),
     XL430_W250,
     model(
         1190,
         "XL330-M077",
-        (5.0, 0.215, 70),
+        (5.0, 0.215, 383.0, 70),
         Some(current(0.001, 1_750, 0.215, 1.47)),
     ),
     model(
         1200,
         "XL330-M288",
-        (5.0, 0.52, 70),
+        (5.0, 0.52, 103.0, 70),
         Some(current(0.001, 1_750, 0.52, 1.47)),
     ),
     model(
         1220,
         "XC330-T288",
-        (11.1, 0.92, 70),
+        (11.1, 0.92, 65.0, 70),
         Some(current(0.001, 910, 0.92, 0.80)),
     ),
 ];
@@ -167,8 +196,12 @@ mod tests {
                 let most_nm =
                     f32::from(current.most_counts) * current.a_per_count * current.nm_per_a;
                 assert!(most_nm > model.stall_nm, "{}: {most_nm}", model.name);
+                let nearest = Model::nearest_by_current(1.02 * current.counts_per_nm());
+                assert_eq!(nearest.map(|nearest| nearest.name), Some(model.name));
             }
         }
+        // The XL430's of a plant that ships.
+        assert!((XL430_W250.back_emf_nm_s() - 0.2345).abs() < 1e-4);
     }
 
     #[test]

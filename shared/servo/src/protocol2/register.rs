@@ -19,6 +19,8 @@ pub const BAUD_RATE: u16 = 8;
 pub const RETURN_DELAY: u16 = 9;
 /// Bit 0: direction of rotation; bit 2: what the profile means.
 pub const DRIVE_MODE: u16 = 10;
+/// Its bit by which a goal enables torque.
+pub const TORQUE_BY_GOAL: u8 = 1 << 3;
 /// See [`OperatingMode`](super::model::OperatingMode).
 pub const OPERATING_MODE: u16 = 11;
 /// Second id to which the servo listens without an answer; above 252 for none.

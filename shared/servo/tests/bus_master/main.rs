@@ -10,7 +10,7 @@ use scripted_port::{Port, REPLY_1, REPLY_2, Script, Test, bytes, chain};
 use armbridge_servo::bus::{Bus, LineAfter, Received, Transmission};
 use armbridge_servo::master::{Master, Transaction};
 use armbridge_servo::morpheus::{MASTER, Parser, ServoId};
-use armbridge_servo::{Alarms, Firmware, Missing, Pwm, Sample};
+use armbridge_servo::{Alarms, ControlMode, Firmware, Missing, Pwm, Sample};
 use embedded_hal_nb::serial;
 use proptest::prelude::*;
 
@@ -216,7 +216,8 @@ fn a_tick_with_motors_off_says_so_in_either_protocol() {
     for is_prepared in [false, true] {
         let mut test = Test::new(false);
         test.master.set_line(Firmware::Stock, 1_000_000).unwrap();
-        test.master.set_prepared(is_prepared);
+        test.master
+            .set_prepared(is_prepared.then_some(ControlMode::Pwm));
         test.run(Transaction::HoldOff, Vec::new());
         #[rustfmt::skip]
         assert_eq!(test.port.0.borrow().sent, [
@@ -255,7 +256,7 @@ fn an_answer_after_its_window_is_no_other_servos() {
     let silent = Sample::Missing(Missing::Silence);
     assert_eq!(unknown.samples, [Sample::Counts(519), silent]);
     // Servos that let go keep their return delay: what is later is not theirs.
-    test.master.set_prepared(true);
+    test.master.set_prepared(Some(ControlMode::Pwm));
     test.master.mark_released();
     assert!(!test.master.is_prepared());
     let released = hold_off(&mut test);
@@ -263,7 +264,7 @@ fn an_answer_after_its_window_is_no_other_servos() {
     assert_eq!(released.samples, [silent, stranger]);
     assert_eq!(released.bus_us, 2 * (50 + 80 + 50 + 80 + 302));
     // What is not known is not known after a stop either.
-    test.master.set_prepared(false);
+    test.master.set_prepared(None);
     test.master.mark_released();
     assert_eq!(hold_off(&mut test).samples, unknown.samples);
 }
@@ -279,7 +280,7 @@ fn an_order_to_drive_is_taken_back_before_it_is_sent_and_not_after() {
     ] {
         let mut test = Test::new(false);
         test.master.set_line(firmware, 1_000_000).unwrap();
-        test.master.set_prepared(true);
+        test.master.set_prepared(Some(ControlMode::Pwm));
         let now_us = test.port.0.borrow().now_us;
         test.master.begin(full, now_us).unwrap();
         for _ in 0..polls {

@@ -3,8 +3,8 @@
 //!
 //! Joint by joint, a person moves the arm to its zero and then to a positive angle, and
 //! confirms each position; zero and sign follow from the counts. The angle of a count and
-//! torque against PWM stay as the board has them, unless they are of another encoder: then they
-//! are the nominal ones of the servos' model, which the person names. On request, and after a
+//! torque against command stay as the board has them, unless they are of another encoder, or another
+//! control mode is wanted: then they are the nominal ones of the servos' model, which the person names. On request, and after a
 //! question, each motor pushes once, gently, to show that it turns the way its encoder counts.
 //!
 //! | module     | what                                          |
@@ -32,11 +32,12 @@ use armbridge_client::session::{Request, SERVO_TIMEOUT_US};
 use armbridge_control::actuator::Joint;
 use armbridge_control::encoder::Encoder;
 use armbridge_link::message::{Command, Mode, Settings, Setup};
-use armbridge_servo::JOINTS;
+use armbridge_servo::{ControlMode, JOINTS};
 
 use super::{Task, TaskError, View};
 use measure::{Pose, Sampler, direction};
 use motor::Motor;
+use nominal::Gain;
 
 /// Interval at which counts are shown while a person moves the arm.
 const SHOW_US: u64 = 100_000;
@@ -48,6 +49,8 @@ const ATTEMPTS: u32 = 3;
 pub struct CalibrationOptions {
     /// Which joints, counting from 0.
     pub joints: [bool; JOINTS],
+    /// Another control mode of X servos.
+    pub mode: Option<ControlMode>,
     /// Let each motor push once.
     pub checks_motors: bool,
     /// Do not ask before the board is changed; a motor's push is still asked for.
@@ -85,6 +88,7 @@ pub struct Calibrate<G> {
     show_us: u64,
     before: Option<Settings>,
     encoder: Encoder,
+    mode: ControlMode,
     joints: [Joint<f32>; JOINTS],
 }
 
@@ -99,6 +103,7 @@ impl<G: Guide> Calibrate<G> {
             show_us: 0,
             before: None,
             encoder: Encoder::Ax12a,
+            mode: ControlMode::Pwm,
             joints: [Joint::paper(); JOINTS],
         }
     }
@@ -120,6 +125,14 @@ impl<G: Guide> Calibrate<G> {
             self.before = Some(settings);
             self.joints = settings.setup.joints;
             self.encoder = Encoder::of(servos.firmware);
+            self.mode = match (self.encoder, self.options.mode) {
+                (Encoder::Ax12a, Some(ControlMode::Current)) => {
+                    let why = Unusable::NoCurrentMode("an AX-12A".into());
+                    return Err(TaskError::Unusable(why));
+                }
+                (Encoder::Ax12a, _) => ControlMode::Pwm,
+                (Encoder::XSeries, mode) => mode.unwrap_or(settings.setup.control_mode),
+            };
             let joints = status.joints();
             for joint in self.options.joints.iter_mut().skip(joints) {
                 *joint = false;
@@ -127,7 +140,8 @@ impl<G: Guide> Calibrate<G> {
             self.guide
                 .say("The motors are off; the arm can be moved by hand.");
             let mut there = self.joints.iter().take(joints);
-            if there.all(|joint| joint.encoder() == Some(self.encoder)) {
+            let is_known = there.all(|joint| joint.encoder() == Some(self.encoder));
+            if is_known && self.mode == settings.setup.control_mode {
                 self.next_joint(0);
             } else {
                 // Of what is there, nothing holds.
@@ -176,8 +190,13 @@ impl<G: Guide> Calibrate<G> {
             self.ask_for_model();
             return Ok(());
         };
-        self.guide.say(&nominal::description(model));
-        self.begin_with(nominal::calibration(model));
+        let Some(gain) = Gain::of(model, self.mode) else {
+            self.again(Unusable::NoCurrentMode(model.name.into()))?;
+            self.ask_for_model();
+            return Ok(());
+        };
+        self.guide.say(&nominal::description(model, gain));
+        self.begin_with(nominal::calibration(gain));
         Ok(())
     }
 
@@ -283,6 +302,7 @@ impl<G: Guide> Calibrate<G> {
         if let Some(before) = self.before {
             let setup = Setup {
                 joints: self.joints,
+                control_mode: self.mode,
                 ..before.setup
             };
             let configure = Command::Configure(setup);

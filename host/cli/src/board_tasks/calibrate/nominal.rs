@@ -1,11 +1,13 @@
 //! Nominal calibration of a model of the X series: what a board begins with whose calibration is of
 //! other servos.
 //!
-//! A count is a turn over 4096. 1000 PWM counts are full duty, which gives the stall torque at the
-//! model's nominal supply.
+//! A count is a turn over 4096. Of a command in PWM control mode 1000 counts are full duty, which gives
+//! the stall torque at the model's nominal supply; in current control mode a count is one of the
+//! goal current.
 
 use armbridge_control::actuator::{Direction, Joint};
 use armbridge_control::encoder::Encoder;
+use armbridge_servo::ControlMode;
 use armbridge_servo::protocol2::model::{MODELS, Model};
 
 /// PWM counts of full duty either way.
@@ -14,21 +16,53 @@ const FULL_COUNTS: f32 = 1_000.0;
 /// Asks for the model.
 pub(super) fn question() -> String {
     format!(
-        "The board's calibration is of other servos. Model of these, as printed on them [{}]",
+        "The board's calibration is of other servos, or of another control mode. Model of these, as \
+         printed on them [{}]",
         MODELS.map(|model| model.name).join(", ")
     )
 }
 
 /// What its calibration begins with.
-pub(super) fn description(model: &Model) -> String {
-    format!(
-        "{}: {:.2} N m at full PWM and {} V (e-Manual), {:.0} PWM counts per N m. At another supply, \
-         or for control by an identified arm: armbridge identify run.",
-        model.name,
-        model.stall_nm,
-        model.nominal_v,
-        calibration(model).gain_counts_per_nm
-    )
+pub(super) fn description(model: &Model, gain: Gain) -> String {
+    let Model {
+        name,
+        stall_nm,
+        nominal_v,
+        ..
+    } = model;
+    match gain {
+        Gain::Duty(counts) => format!(
+            "{name}: {stall_nm:.2} N m at full PWM and {nominal_v} V (e-Manual), {counts:.0} PWM counts \
+             per N m. At another supply, or for control by an identified arm: armbridge identify run."
+        ),
+        Gain::Current(counts, most) => format!(
+            "{name}: {counts:.0} counts of the goal current per N m (stall torque over stall current, \
+             e-Manual). Its current limit is at most {most} counts, which limits.pwm_counts must not \
+             exceed. For control by an identified arm: armbridge identify run."
+        ),
+    }
+}
+
+/// Nominal counts of a command per N m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Gain {
+    /// In PWM control mode.
+    Duty(f32),
+    /// In current control mode, with the largest current limit.
+    Current(f32, u16),
+}
+
+impl Gain {
+    /// That of a model in this mode; `None` if it does not have it.
+    pub(super) fn of(model: &Model, mode: ControlMode) -> Option<Self> {
+        match mode {
+            ControlMode::Pwm => Some(Self::Duty(FULL_COUNTS / model.stall_nm)),
+            ControlMode::Current => {
+                let current = model.current?;
+                Some(Self::Current(current.counts_per_nm(), current.most_counts))
+            }
+        }
+    }
 }
 
 /// The one model whose name begins with this, in letters of either case.
@@ -39,12 +73,13 @@ pub(super) fn find(name: &str) -> Option<&'static Model> {
 }
 
 /// Its calibration, upright in the middle of the turn.
-pub(super) fn calibration(model: &Model) -> Joint<f32> {
+pub(super) fn calibration(gain: Gain) -> Joint<f32> {
+    let (Gain::Duty(gain_counts_per_nm) | Gain::Current(gain_counts_per_nm, _)) = gain;
     Joint {
         zero_count: Encoder::XSeries.middle_count().into(),
         rad_per_count: Encoder::XSeries.nominal_rad_per_count() as f32,
         direction: Direction::Forward,
-        gain_counts_per_nm: FULL_COUNTS / model.stall_nm,
+        gain_counts_per_nm,
         offset_counts: 0.0,
     }
 }
@@ -63,7 +98,17 @@ mod tests {
         }
         for model in &MODELS {
             assert_eq!(name(model.name), Some(model.name));
-            assert!(calibration(model).is_valid(), "{model:?}");
+            for mode in [ControlMode::Pwm, ControlMode::Current] {
+                let gain = Gain::of(model, mode);
+                assert_eq!(
+                    gain.is_some(),
+                    mode == ControlMode::Pwm || model.current.is_some()
+                );
+                assert!(
+                    gain.is_none_or(|gain| calibration(gain).is_valid()),
+                    "{model:?}"
+                );
+            }
         }
     }
 }

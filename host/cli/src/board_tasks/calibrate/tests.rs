@@ -11,7 +11,8 @@ use armbridge_client::Host;
 use armbridge_control::actuator::{Direction, Joint};
 use armbridge_control::encoder::Encoder;
 use armbridge_link::message::{Settings, Setup};
-use armbridge_servo::{Firmware, JOINTS};
+use armbridge_servo::protocol2::model;
+use armbridge_servo::{ControlMode, Firmware, JOINTS};
 use armbridge_sim::Bench;
 use armbridge_sim::board::{VirtualBoard, blank_flash};
 use armbridge_sim::cosim::{Cosim, CosimError, Interaction};
@@ -46,6 +47,7 @@ struct Person {
     host: TaskHost<Calibrate<Talk>>,
     talk: Talk,
     turns: [usize; JOINTS],
+    model: &'static str,
     seen: usize,
     hands: Sender<Interaction>,
     answer_at_us: Option<u64>,
@@ -67,7 +69,7 @@ impl Person {
                 self.hands.send(Interaction::Push(push)).unwrap();
                 self.answer_at_us = Some(now_us + 3_000_000);
             } else if line.contains("Model of these") {
-                self.talk.0.borrow_mut().1.push_back("xl430".into());
+                self.talk.0.borrow_mut().1.push_back(self.model.into());
             } else if line.contains("press Enter") || line.contains("[y/N]") {
                 self.answer_at_us = Some(now_us + 10_000);
             }
@@ -112,6 +114,9 @@ struct Case {
     checks_motors: bool,
     /// Settings of the board that are no defaults.
     setup: Setup,
+    mode: Option<ControlMode>,
+    /// Name of the servos' model.
+    model: &'static str,
 }
 
 impl Default for Case {
@@ -122,6 +127,8 @@ impl Default for Case {
             turns: [0, 1],
             checks_motors: false,
             setup: Setup::default(),
+            mode: None,
+            model: "xl430",
         }
     }
 }
@@ -133,11 +140,13 @@ fn calibrated(case: &Case) -> (Person, Result<(), TaskError>) {
         gravity_scale: 0.0,
         held: false,
         joints: case.joints,
+        x_servo: model::find(1200).unwrap(),
         ..PlantConfig::default()
     };
     let talk = Talk::default();
     let (hands, interactions) = channel();
     let calibration = CalibrationOptions {
+        mode: case.mode,
         joints: [true; JOINTS],
         checks_motors: case.checks_motors,
         is_sure: false,
@@ -146,6 +155,7 @@ fn calibrated(case: &Case) -> (Person, Result<(), TaskError>) {
         host: TaskHost::new(Calibrate::new(talk.clone(), calibration)),
         talk,
         turns: case.turns,
+        model: case.model,
         seen: 0,
         hands,
         answer_at_us: None,
@@ -258,6 +268,44 @@ fn a_board_whose_calibration_is_of_other_servos_asks_for_the_model() {
     result.unwrap_or_else(|error| panic!("{error}\n{dialogue}"));
     assert!(!dialogue.contains("Model of these"), "{dialogue}");
     assert_eq!(dialogue.matches("as it should").count(), 2, "{dialogue}");
+}
+
+#[test]
+fn another_control_mode_begins_with_the_current_of_a_model() {
+    let joints = x_joints();
+    let case = |model| Case {
+        joints,
+        firmware: Firmware::XSeries,
+        checks_motors: true,
+        mode: Some(ControlMode::Current),
+        setup: Setup {
+            joints: [Joint::x_series(); JOINTS],
+            ..Setup::default()
+        },
+        model,
+        ..Case::default()
+    };
+    let (person, result) = calibrated(&case("xl330-m288"));
+    let dialogue = person.talk.0.borrow().0.join("\n");
+    result.unwrap_or_else(|error| panic!("{error}\n{dialogue}"));
+    assert_eq!(dialogue.matches("as it should").count(), 2, "{dialogue}");
+    // 1.47 A for 0.52 N m, 1 mA a count.
+    let by_current = joints.map(|joint| Joint {
+        gain_counts_per_nm: 2_826.9,
+        ..joint
+    });
+    let settings = person.host.session.status().settings.unwrap();
+    assert_eq!(settings.setup.control_mode, ControlMode::Current);
+    assert_found(&settings.setup.joints, &by_current);
+
+    let (person, result) = calibrated(&case("xl430"));
+    let error = result.unwrap_err().to_string();
+    assert!(
+        error.contains("XL430-W250 has no current control mode"),
+        "{error}"
+    );
+    let settings = person.host.session.status().settings.unwrap();
+    assert_eq!(settings.setup.control_mode, ControlMode::Pwm);
 }
 
 #[test]

@@ -6,6 +6,9 @@ pub enum Unusable {
     /// No model, or more than one, has this name.
     #[error("{0:?} is not the name of one model, as XL430-W250")]
     Model(String),
+    /// The servos do not measure their current.
+    #[error("{0} has no current control mode, which takes a servo that measures its current")]
+    NoCurrentMode(String),
     /// It crept.
     #[error(
         "joint {joint} was not still: it crept by {drift:.1} counts where {allowed:.1} are \

@@ -117,14 +117,14 @@ macro_rules! joint {
             number(
                 concat!($name, ".gain_counts_per_nm"),
                 "counts/N m",
-                "PWM counts per N m.",
+                "Counts of a command per N m, as `setup.control_mode` has them.",
                 Range::reals(bounds::GAIN_COUNTS_PER_NM[0], bounds::GAIN_COUNTS_PER_NM[1]),
                 |s| access::one(&mut s.setup.joints[$joint].gain_counts_per_nm),
             ),
             number(
                 concat!($name, ".offset_counts"),
                 "counts",
-                "PWM counts above off at which the motor gives no torque.",
+                "Counts of a command above off at which the motor gives no torque.",
                 Range::reals(-bounds::OFFSET_COUNTS, bounds::OFFSET_COUNTS),
                 |s| access::one(&mut s.setup.joints[$joint].offset_counts),
             ),

@@ -56,7 +56,7 @@ pub(super) const LIMITS: [Parameter; 23] = limits! {
         Range::whole(0, COUNTS);
     number one dead_zone_counts "counts"
         "Encoder counts from either end that are taken for the gap of the track."
-        Range::whole(0, COUNTS / 4);
+        Range::whole(0, u8::MAX as u32);
     number one lost_ms "ms"
         "How long samples of one joint may be missing; five ticks at least."
         Range::whole(1, hard::LOST_MS as u32);

@@ -7,7 +7,7 @@ mod limits;
 
 use armbridge_board::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
 use armbridge_link::message::{FRICTION_LOAD_PERCENT_MAX, Settings};
-use armbridge_servo::JOINTS;
+use armbridge_servo::{ControlMode, JOINTS};
 
 use super::access::{Access, Numbers};
 use super::constraint::{Range, Shape, Takes};
@@ -29,7 +29,11 @@ pub(super) fn all() -> Vec<Parameter> {
     groups.concat()
 }
 
-const SETUP: [Parameter; 3] = [
+/// Names of the control modes.
+const PWM: &str = "pwm";
+const CURRENT: &str = "current";
+
+const SETUP: [Parameter; 4] = [
     number(
         "setup.period_us",
         "µs",
@@ -52,6 +56,24 @@ const SETUP: [Parameter; 3] = [
          model, too.",
         Range::whole(0, FRICTION_LOAD_PERCENT_MAX as u32),
         |s| access::each(&mut s.setup.friction_load_percent),
+    ),
+    choice(
+        "setup.control_mode",
+        "What the counts of a command are, of X servos: thousandths of full duty, or counts of the \
+         goal current. Another mode needs another `gain_counts_per_nm`: `armbridge calibrate --mode`.",
+        &[PWM, CURRENT],
+        |s| {
+            Some(match s.setup.control_mode {
+                ControlMode::Pwm => PWM,
+                ControlMode::Current => CURRENT,
+            })
+        },
+        |s, word| {
+            s.setup.control_mode = match word {
+                CURRENT => ControlMode::Current,
+                _ => ControlMode::Pwm,
+            }
+        },
     ),
 ];
 

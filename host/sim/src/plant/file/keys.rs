@@ -5,6 +5,7 @@
 
 use armbridge_client::params::{Range, Takes};
 use armbridge_client::toml_file::keys::{Key, KeyTable, Kind};
+use armbridge_servo::protocol2::model::MODELS;
 
 use crate::plant::Friction;
 
@@ -17,6 +18,16 @@ const INERTIA: Range = Range::reals(1e-5, 10.0);
 const SMALL_INERTIA: Range = Range::reals(0.0, 1.0);
 const VISCOUS: Range = Range::reals(0.0, 10.0);
 const DELAY_US: Range = Range::whole(0, 1_000_000);
+/// Models of the X series.
+const X_SERVOS: [&str; MODELS.len()] = {
+    let mut names = [""; MODELS.len()];
+    let mut model = 0;
+    while model < names.len() {
+        names[model] = MODELS[model].name;
+        model += 1;
+    }
+    names
+};
 const PAPER: &str = "the paper's";
 
 /// The keys.
@@ -63,6 +74,12 @@ pub const KEYS: KeyTable = KeyTable {
         )
         .unit("N m")
         .or("1.5"),
+        Key::new(
+            "x_servo",
+            Kind::Value(Takes::OneOf(&X_SERVOS)),
+            "Model of the servos if they are of the X series.",
+        )
+        .or("\"XL430-W250\""),
         Key::number(
             "input_delay_us",
             DELAY_US,

@@ -34,8 +34,8 @@ impl Innovation {
         joint: u8,
         counts: u16,
     ) -> Result<(), Violation> {
-        let low = limits.dead_zone_counts;
-        let high = encoder.counts_max().saturating_sub(limits.dead_zone_counts);
+        let low = u16::from(limits.dead_zone_counts);
+        let high = encoder.counts_max().saturating_sub(low);
         let is_in_gap = !(low..=high).contains(&counts);
         if self.in_gap.count(is_in_gap, GAP_SAMPLES) {
             return Err(Violation {
