@@ -11,23 +11,22 @@
 //! [`LoopConfig::check_section`] compares one in a tick, so that all are compared
 //! within [`CHECK_US`].
 
+mod design;
+
 use core::num::NonZeroU32;
-use nalgebra::{Matrix2x4, SMatrix, Vector2};
+use nalgebra::Vector2;
 
 use super::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
 use super::monitors::MonitorConfig;
 use armbridge_control::actuator::Joint;
-use armbridge_control::arm::{Discrete, Parameters};
+use armbridge_control::arm::Parameters;
 use armbridge_control::check_word::{CheckWord, Checked};
-use armbridge_control::controller::{
-    ComputedTorque, Controller, DryFriction, Float, IntegralAction, Lqr, Tuning, Weights,
-    computed_torque,
-};
-use armbridge_control::design::stability::{self, Eigenvalue};
+use armbridge_control::controller::{Controller, DryFriction, Float, IntegralAction};
+use armbridge_control::design::stability::Eigenvalue;
 use armbridge_control::encoder::Encoder;
 use armbridge_control::estimate::{self, Config, Estimator};
 use armbridge_link::limits::Limits;
-use armbridge_link::message::{self, FRICTION_LOAD_PERCENT_MAX, Gains, Refusal, Settings, Setup};
+use armbridge_link::message::{FRICTION_LOAD_PERCENT_MAX, Refusal, Settings, Setup};
 use armbridge_servo::{ControlMode, JOINTS};
 
 /// Time constant in s of the fading torque offset: slow beside the loop's own 50 ms,
@@ -258,8 +257,8 @@ impl ControlConfig {
                 _ => Refusal::OutOfRange,
             })?;
         let model = arm.linearise(Vector2::zeros()).zero_order_hold(period_s);
-        let controller = controller(setup, &model, period_s)?;
-        let integral = integral(
+        let controller = design::controller(setup, &model, period_s)?;
+        let integral = design::integral(
             setup.integral,
             &controller.upright_gain(&arm),
             &model,
@@ -325,86 +324,5 @@ impl ControlConfig {
     /// Joint angles in rad for encoder counts.
     pub(super) fn angles(&self, counts: [Option<u16>; JOINTS]) -> [Option<f32>; JOINTS] {
         core::array::from_fn(|i| counts[i].map(|count| self.joints[i].angle(count)))
-    }
-}
-
-fn controller(
-    setup: &Setup,
-    model: &Discrete<f32>,
-    period_s: f32,
-) -> Result<Controller<f32>, Refusal> {
-    match setup.controller {
-        message::Controller::StateFeedback(gains) => {
-            state_feedback(gains, model).map(Controller::StateFeedback)
-        }
-        message::Controller::ComputedTorque {
-            natural_rad_s,
-            damping,
-        } => {
-            let tuning = Tuning {
-                natural_rad_s,
-                damping,
-            };
-            ComputedTorque::new(&tuning, period_s)
-                .map(Controller::ComputedTorque)
-                .map_err(|error| match error {
-                    computed_torque::Error::Unstable { radius, .. } => Refusal::Unstable {
-                        re: radius,
-                        im: 0.0,
-                    },
-                    computed_torque::Error::Period
-                    | computed_torque::Error::Natural { .. }
-                    | computed_torque::Error::Damping { .. } => Refusal::OutOfRange,
-                })
-        }
-    }
-}
-
-/// State feedback with these gains, if it stabilises the model.
-fn state_feedback(gains: Gains, model: &Discrete<f32>) -> Result<Lqr<f32>, Refusal> {
-    let lqr = match gains {
-        // Designed for one period, so it is checked for the running one.
-        Gains::Paper => Lqr::paper(),
-        Gains::Design { q, r } => {
-            let weights = Weights { q, r };
-            if !weights.is_valid() {
-                return Err(Refusal::OutOfRange);
-            }
-            return Lqr::design(model, &weights).map_err(|_| Refusal::NoGains);
-        }
-        Gains::Given([first, second]) => Lqr::of_rows(first, second),
-    };
-    decays(&(model.a - model.b * lqr.gain))?;
-    Ok(lqr)
-}
-
-/// Integral action with these gains, if any is not 0 and the loop with it is stable.
-fn integral(
-    gains: [f32; JOINTS],
-    feedback: &Matrix2x4<f32>,
-    model: &Discrete<f32>,
-    period_s: f32,
-) -> Result<Option<IntegralAction<f32>>, Refusal> {
-    if !gains.iter().all(|gain| *gain >= 0.0) {
-        return Err(Refusal::OutOfRange);
-    }
-    if gains.iter().all(|gain| *gain <= 0.0) {
-        return Ok(None);
-    }
-    let integral = IntegralAction::new(gains, period_s);
-    decays(&integral.closed_loop(model, feedback))?;
-    Ok(Some(integral))
-}
-
-/// Refuses a closed loop that grows.
-fn decays<const N: usize>(closed: &SMatrix<f32, N, N>) -> Result<(), Refusal> {
-    let eigenvalue = stability::dominant(closed).ok_or(Refusal::OutOfRange)?;
-    if eigenvalue.radius() < 1.0 {
-        Ok(())
-    } else {
-        Err(Refusal::Unstable {
-            re: eigenvalue.re,
-            im: eigenvalue.im,
-        })
     }
 }
