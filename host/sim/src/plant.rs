@@ -23,12 +23,14 @@ mod config;
 mod draw;
 mod file;
 mod hand;
+mod motor_fault;
 pub mod robot_description;
 
 pub use armbridge_client::simulation::{Grip, Lead, LeadPoint, Push};
 pub use body::{Body, Friction, Impact};
 pub use config::PlantConfig;
 pub use file::{BuiltinPlant, INITIAL_RAD, KEYS, KeyConflict, PLANTS, PlantError, PlantFile};
+pub use motor_fault::MotorFault;
 
 use std::collections::VecDeque;
 
@@ -71,23 +73,6 @@ pub struct Plant {
     /// their order: its delay is always the same.
     due: VecDeque<Change>,
     noise: [Pcg32; JOINTS],
-}
-
-/// Fault of a motor: its torque is another function of its PWM.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MotorFault {
-    /// Factor on the torque; negative where the motor turns the other way.
-    pub gain: f64,
-    /// PWM counts that are added to all but off.
-    pub offset_counts: f64,
-}
-
-impl MotorFault {
-    /// A sound motor.
-    pub const NONE: Self = Self {
-        gain: 1.0,
-        offset_counts: 0.0,
-    };
 }
 
 /// The arm at time zero.
