@@ -165,7 +165,8 @@ pub trait Protocol: Clone + Debug {
     /// Address of the first byte of the register that has a byte at `address`.
     fn register_start(address: u16) -> u16;
 
-    /// Query that shows whether the motor is off, of a servo whose commands are known to be of this mode.
+    /// Query that shows whether the motor is off, of a servo whose commands are known to be of this
+    /// mode.
     fn off_query(servo: ServoId, mode: ControlMode) -> Query;
 
     /// Whether the motor is off, from the data of the reply to

@@ -16,8 +16,8 @@ use armbridge_servo::master::timing::{GUARD_US, reply_latency_us, same_servo_gua
 
 /// Margin in µs that client traffic leaves before a tick: it must never delay one.
 const RESERVE_US: u64 = 10;
-/// Time in µs from the end of the last exchange in which a reading begins that makes the next tick late:
-/// more than a board computes for a tick.
+/// Time in µs from the end of the last exchange in which a reading begins that makes the next tick
+/// late: more than a board computes for a tick.
 const SLOT_BEGIN_US: u64 = 100;
 
 impl<B: Bus> BusSequencer<B> {

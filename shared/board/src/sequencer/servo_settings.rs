@@ -35,6 +35,7 @@ impl XRequirements {
     ///
     /// No watchdog ends a drive before the board does, which allows [`ROW_TICKS`] samples to be
     /// missing: it is 20 ms up to a period of 4 ms.
+    // Not inlined, as what follows of the set-up: it is rare, and flash is short.
     #[inline(never)]
     pub(crate) fn of(config: &LoopConfig) -> Self {
         let period_us = config.period_us().get();
@@ -85,6 +86,20 @@ const AX12A: Registers = Registers {
     )],
 };
 
+/// What is read of an X servo, beginning with what every model has.
+const X_READS: [(u16, u16); 7] = [
+    // Return delay, drive mode and operating mode are neighbours.
+    (protocol2::register::RETURN_DELAY, 3),
+    (protocol2::register::TORQUE_ENABLE, 1),
+    (protocol2::register::STATUS_RETURN_LEVEL, 1),
+    (protocol2::register::BUS_WATCHDOG, 1),
+    (protocol2::register::GOAL_PWM, 2),
+    (protocol2::register::CURRENT_LIMIT, 2),
+    (protocol2::register::GOAL_CURRENT, 2),
+];
+/// Number of reads before those of models that measure their current.
+const X_READS_OF_ALL: usize = 5;
+
 /// In PWM control mode.
 const X_PWM: Registers = Registers {
     return_delay: protocol2::register::RETURN_DELAY,
@@ -96,28 +111,13 @@ const X_PWM: Registers = Registers {
     kept: [!protocol2::register::TORQUE_BY_GOAL, 0, 0, 0],
     level: protocol2::register::STATUS_RETURN_LEVEL,
     torque: protocol2::register::TORQUE_ENABLE,
-    // Return delay, drive mode and operating mode are neighbours.
-    reads: &[
-        (protocol2::register::RETURN_DELAY, 3),
-        (protocol2::register::TORQUE_ENABLE, 1),
-        (protocol2::register::STATUS_RETURN_LEVEL, 1),
-        (protocol2::register::BUS_WATCHDOG, 1),
-        (protocol2::register::GOAL_PWM, 2),
-    ],
+    reads: X_READS.split_at(X_READS_OF_ALL).0,
 };
 
 /// In current control mode.
 const X_CURRENT: Registers = Registers {
     ready_mode: [0, OperatingMode::Current.code(), 0, 0],
-    reads: &[
-        (protocol2::register::RETURN_DELAY, 3),
-        (protocol2::register::CURRENT_LIMIT, 2),
-        (protocol2::register::TORQUE_ENABLE, 1),
-        (protocol2::register::STATUS_RETURN_LEVEL, 1),
-        (protocol2::register::BUS_WATCHDOG, 1),
-        // Goal PWM and goal current.
-        (protocol2::register::GOAL_PWM, 4),
-    ],
+    reads: &X_READS,
     ..X_PWM
 };
 

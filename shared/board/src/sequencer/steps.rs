@@ -73,7 +73,6 @@ impl<B: Bus> BusSequencer<B> {
         let _ = self.master.poll(self.now_us);
     }
 
-    #[inline(never)]
     fn begin_search_step(&mut self, step: SearchStep) -> Option<BusEvent> {
         // Not busy: idle was checked before.
         let _ = self.master.set_servos(self.ids);
@@ -218,6 +217,7 @@ impl<B: Bus> BusSequencer<B> {
         BusEvent::LinedUp
     }
 
+    /// Not inlined: most transactions are ticks.
     #[inline(never)]
     fn finish_request(&mut self) -> BusEvent {
         let Some(owner) = self.owner.take() else {
