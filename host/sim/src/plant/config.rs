@@ -87,9 +87,6 @@ impl Default for PlantConfig {
     }
 }
 
-/// PWM counts of full duty either way.
-const FULL_COUNTS: f64 = 1_000.0;
-
 /// The number that a board's number of single precision was rounded from, as far as it shows.
 fn decimal(value: f32) -> f64 {
     value.to_string().parse().unwrap_or_else(|_| value.into())
@@ -138,7 +135,7 @@ impl PlantConfig {
         self.x_servo = model;
         self.torque_limit_nm = decimal(model.stall_nm);
         for joint in &mut self.joints {
-            joint.gain_counts_per_nm = FULL_COUNTS / self.torque_limit_nm;
+            joint.gain_counts_per_nm = decimal(model.pwm_counts_per_nm());
         }
         let back_emf = decimal(model.back_emf_nm_s());
         self.arm.b1 += back_emf;

@@ -180,8 +180,8 @@ impl Protocol for Protocol2 {
         data.len() == 3
     }
 
-    /// Within a turn. The servo counts turns, from one that depends on its homing offset, its modes and its past;
-    /// a joint's limits are less than half a turn from its zero.
+    /// Within a turn. The servo counts turns, from one that depends on its homing offset, its modes
+    /// and its past; a joint's limits are less than half a turn from its zero.
     fn position(data: &[u8]) -> Option<u16> {
         let counts = i32::from_le_bytes(data.try_into().ok()?);
         Some(counts.rem_euclid(i32::from(model::TURN)) as u16)

@@ -4,7 +4,8 @@
 //! SYNC_WRITE of the goals (20 bytes) | guard | FAST_SYNC_READ (16 bytes) | both positions (24)
 //! ```
 //!
-//! The goals are PWM or currents, by the [`ControlMode`]. With motors held off, torque enable 0 to all (13 bytes) stands in the place of the first.
+//! The goals are PWM or currents, by the [`ControlMode`]. With motors held off, torque enable 0 to
+//! all (13 bytes) stands in the place of the first.
 //!
 //! | at         | bytes  | guards | return delay and processing | shortest period |
 //! |------------|--------|--------|-----------------------------|-----------------|

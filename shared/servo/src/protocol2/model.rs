@@ -4,6 +4,8 @@
 //! Torque constants are stall torque over stall current at the recommended supply, from the
 //! specifications: a servo at rest has more friction than that shows, so take them as nominal.
 
+use crate::Pwm;
+
 /// How a servo is driven: the codes of [`OPERATING_MODE`](super::register::OPERATING_MODE).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OperatingMode {
@@ -78,6 +80,11 @@ impl CurrentSense {
 }
 
 impl Model {
+    /// Counts of a command in PWM control mode per N m: 1000 for the stall torque.
+    pub fn pwm_counts_per_nm(&self) -> f32 {
+        f32::from(Pwm::MAX.counts() - Pwm::OFF.counts()) / self.stall_nm
+    }
+
     /// Back-EMF in N m s/rad, which brakes a motor whose command is a duty: stall torque over the speed
     /// without a load.
     pub fn back_emf_nm_s(&self) -> f32 {

@@ -10,9 +10,6 @@ use armbridge_control::encoder::Encoder;
 use armbridge_servo::ControlMode;
 use armbridge_servo::protocol2::model::{MODELS, Model};
 
-/// PWM counts of full duty either way.
-const FULL_COUNTS: f32 = 1_000.0;
-
 /// Asks for the model.
 pub(super) fn question() -> String {
     format!(
@@ -56,7 +53,7 @@ impl Gain {
     /// That of a model in this mode; `None` if it does not have it.
     pub(super) fn of(model: &Model, mode: ControlMode) -> Option<Self> {
         match mode {
-            ControlMode::Pwm => Some(Self::Duty(FULL_COUNTS / model.stall_nm)),
+            ControlMode::Pwm => Some(Self::Duty(model.pwm_counts_per_nm())),
             ControlMode::Current => {
                 let current = model.current?;
                 Some(Self::Current(current.counts_per_nm(), current.most_counts))
