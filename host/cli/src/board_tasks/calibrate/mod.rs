@@ -4,8 +4,8 @@
 //! Joint by joint, a person moves the arm to its zero and then to a positive angle, and
 //! confirms each position; zero and sign follow from the counts. The angle of a count and
 //! torque against command stay as the board has them, unless they are of another encoder, or another
-//! control mode is wanted: then they are the nominal ones of the servos' model, which the person names. On request, and after a
-//! question, each motor pushes once, gently, to show that it turns the way its encoder counts.
+//! control mode is wanted: then they are the nominal ones of the servos' model, which the person
+//! names. On request, and after a question, each motor pushes once, gently, to show that it turns the way its encoder counts.
 //!
 //! | module     | what                                          |
 //! |------------|-----------------------------------------------|
@@ -201,20 +201,12 @@ impl<G: Guide> Calibrate<G> {
     }
 
     fn ask_for_zero(&mut self, joint: usize) {
-        let number = joint + 1;
-        self.guide.say(&format!(
-            "Joint {number}: hold it at its zero (upright, or straight down if the arm \
-             hangs, or in line with the link before it) and press Enter."
-        ));
+        self.guide.say(&guide::zero_request(joint + 1));
         self.step = Step::Zero(joint);
     }
 
     fn ask_for_turn(&mut self, joint: usize, zero: Pose) {
-        let number = joint + 1;
-        self.guide.say(&format!(
-            "Joint {number}: turn it alone by 0.3 rad or more towards positive angles \
-             (counter-clockwise), hold it, and press Enter."
-        ));
+        self.guide.say(&guide::turn_request(joint + 1));
         self.step = Step::Turn(joint, zero);
     }
 
@@ -226,14 +218,7 @@ impl<G: Guide> Calibrate<G> {
             if !self.options.joints[number] {
                 continue;
             }
-            self.guide.say(&format!(
-                "joint {}: zero {:.1} -> {:.1} counts, {:?} -> {:?}",
-                number + 1,
-                before.zero_count,
-                after.zero_count,
-                before.direction,
-                after.direction
-            ));
+            self.guide.say(&guide::change(number + 1, before, after));
         }
     }
 
