@@ -16,7 +16,8 @@
 //!
 //! Assumptions: sums are over control steps, and stay within full duty; the differential acts on
 //! the measured speed, which is the mean of [`WINDOW`] steps; the current follows from duty and
-//! the shaft's own speed as in a motor without inductance, and is controlled without error; the load of a model
+//! the shaft's own speed as in a motor without inductance, and is controlled without error; the load
+//! of a model
 //! without it is the duty. Profiles, feedforward and the moving status are registers only.
 
 use armbridge_servo::protocol2::model::{Model, OperatingMode};
