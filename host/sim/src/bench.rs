@@ -8,7 +8,6 @@ use armbridge_servo::JOINTS;
 use crate::drivetrain::Joints;
 use crate::faults::sensor::SensorFault;
 use crate::half_duplex_bus::{ByteFault, Device, Disturbance, ReceivedByte, Wire, bit_ns};
-use crate::morpheus_servo::Servo;
 use crate::plant::{Impact, Lead, MotorFault, Plant, Push};
 use crate::servo_kind::ServoKind;
 
@@ -28,15 +27,12 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// Morpheus servos with the bridge's ids, powered up at time 0, that move
-    /// `plant`.
+    /// Servos with the encoders of `plant`, the bridge's ids and 1 Mbaud, powered up at time 0,
+    /// that move it.
     pub fn new(plant: Plant) -> Self {
-        let servos = SERVO_IDS
-            .iter()
-            .take(plant.joints())
-            .map(|id| Servo::with_id(id.get()).into())
-            .collect();
-        Self::with_devices(plant, servos)
+        let firmware = plant.firmware();
+        let servos = SERVO_IDS.map(|id| ServoKind::at_one_megabaud(firmware, id));
+        Self::with_servos(plant, &servos)
     }
 
     /// These servos, powered up at time 0. The first two move the joints of

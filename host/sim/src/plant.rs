@@ -40,7 +40,7 @@ use armbridge_control::arm::State;
 use armbridge_control::encoder::Encoder;
 use armbridge_link::server::Touch;
 use armbridge_servo::protocol2::model::Model;
-use armbridge_servo::{JOINTS, Pwm};
+use armbridge_servo::{Firmware, JOINTS, Pwm};
 use body::grasp::Grasp;
 use hand::Hand;
 use nalgebra::Vector2;
@@ -131,6 +131,10 @@ impl Plant {
     }
 
     /// Model of the servos if they are of the X series.
+    pub(super) fn firmware(&self) -> Firmware {
+        self.config.firmware()
+    }
+
     pub(super) fn x_servo(&self) -> &'static Model {
         self.config.x_servo
     }

@@ -3,8 +3,8 @@
 use std::fmt;
 
 use armbridge_client::servo_table::Table;
-use armbridge_servo::Firmware;
 use armbridge_servo::protocol2::model::{self, Model};
+use armbridge_servo::{Firmware, ServoId};
 
 use super::half_duplex_bus::Device;
 use super::morpheus_servo::{DEFAULT_ROM, Servo};
@@ -112,6 +112,18 @@ impl ServoKind {
         })
     }
 
+    /// A servo with this firmware and id, and the rate of the board's first search.
+    pub(super) fn at_one_megabaud(firmware: Firmware, id: ServoId) -> Self {
+        Self {
+            firmware,
+            id: id.get(),
+            baud_register: match firmware {
+                Firmware::Morpheus | Firmware::Stock => 1,
+                Firmware::XSeries => 3,
+            },
+        }
+    }
+
     /// The servo; one of the X series is of this model.
     pub(super) fn build(self, x_model: &'static Model) -> Device {
         match self.firmware {
@@ -163,6 +175,7 @@ fn baud_register(firmware: Firmware, baud: u32) -> Result<u8, KindError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use armbridge_board::bridge::SERVO_IDS;
 
     #[test]
     fn registers_of_the_rates_are_those_of_the_documents() {
@@ -178,6 +191,13 @@ mod tests {
             (9_600, 207),
         ] {
             assert_eq!(baud_register(Firmware::Stock, baud), Ok(register), "{baud}");
+        }
+        for firmware in [Firmware::Morpheus, Firmware::Stock, Firmware::XSeries] {
+            let [id, _] = SERVO_IDS;
+            assert_eq!(
+                ServoKind::new(firmware, id.get(), 1_000_000),
+                Ok(ServoKind::at_one_megabaud(firmware, id))
+            );
         }
         for (baud, register) in MORPHEUS_RATES {
             assert_eq!(baud_register(Firmware::Morpheus, baud), Ok(register));

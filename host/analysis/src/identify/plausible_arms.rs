@@ -6,7 +6,7 @@
 //! friction.
 
 use armbridge_servo::JOINTS;
-use armbridge_sim::environment::fast::{APPLIED_US, SAMPLED_US};
+use armbridge_sim::environment::fast::Delays;
 use armbridge_sim::plant::{Friction, PlantConfig};
 use nalgebra::{DMatrix, DVector};
 use rand_distr::{Distribution, StandardNormal};
@@ -87,6 +87,8 @@ impl ArmFit {
             }
         });
         let joints: [usize; JOINTS] = core::array::from_fn(|joint| joint);
+        let own = PlantConfig::of_board(&settings);
+        let simulated_us = Delays::of(own.firmware()).total_us();
         Ok(PlantConfig {
             friction_on: true,
             friction,
@@ -97,9 +99,9 @@ impl ArmFit {
             // What the simulation of wire and servo has of it by itself is left out.
             input_delay_ns: joints.map(|joint| {
                 let delay_us = of_joint(joint, Quantity::Delay) * 1e6;
-                (delay_us.max(0.0) as u64).saturating_sub(SAMPLED_US + APPLIED_US) * 1_000
+                (delay_us.max(0.0) as u64).saturating_sub(simulated_us) * 1_000
             }),
-            ..PlantConfig::of_board(&settings)
+            ..own
         })
     }
 }

@@ -16,23 +16,18 @@ pub use maneuver::{Maneuver, ManeuverError};
 pub use outcome::{Joints, Outcome, REST_S};
 pub use table::table;
 
-use armbridge_board::bridge::{Channels, SERVO_IDS};
+use armbridge_board::bridge::Channels;
 use armbridge_client::tap::Tapped;
 use armbridge_client::{Host, Tap};
-use armbridge_control::encoder::Encoder;
 use armbridge_link::message::{Command, Record};
-use armbridge_servo::{Firmware, JOINTS, ServoId};
+use armbridge_servo::JOINTS;
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::{Cosim, CosimError};
 use armbridge_sim::half_duplex_bus::Disturbance;
 use armbridge_sim::plant::{Plant, PlantConfig, Push};
-use armbridge_sim::servo_kind::ServoKind;
 
 use crate::plan_runner::{PlanError, PlanRunner, Script};
-
-/// Rate of X servos in baud: that of the board's first search.
-const X_BAUD: u32 = 1_000_000;
 
 /// A trial, without its seed.
 #[derive(Clone, Debug)]
@@ -118,7 +113,7 @@ impl Trial {
             let command = "the default set-up";
             PlanError::Refused { command, refusal }
         })?;
-        let bench = self.bench(seed);
+        let bench = Bench::new(Plant::new(self.plant, seed));
         let host = Tapped::new(
             PlanRunner::new(self.script.clone()),
             tap.into_iter().collect(),
@@ -157,20 +152,6 @@ impl Trial {
             commands,
             begun_us: begun_us.unwrap_or(0),
         })
-    }
-
-    /// The arm with servos that have its encoders.
-    fn bench(&self, seed: u64) -> Bench {
-        let plant = Plant::new(self.plant, seed);
-        let [first, _] = &self.plant.joints;
-        match first.encoder() {
-            Some(Encoder::XSeries) => {
-                let servo = |id: ServoId| ServoKind::new(Firmware::XSeries, id.get(), X_BAUD);
-                let servos = SERVO_IDS.map(|id| servo(id).expect("an id and a rate"));
-                Bench::with_servos(plant, &servos)
-            }
-            Some(Encoder::Ax12a) | None => Bench::new(plant),
-        }
     }
 
     fn push(&self, bench: &mut Bench, since_us: u64) {

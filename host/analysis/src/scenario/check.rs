@@ -233,8 +233,7 @@ pub(super) fn bench(
     };
     let firmwares = keys
         .servos
-        .unwrap_or([ServoName::Morpheus; JOINTS])
-        .map(firmware);
+        .map_or([plant.firmware(); JOINTS], |names| names.map(firmware));
     let baud = keys.baud.unwrap_or(1_000_000);
     let servos = SERVO_IDS.iter().zip(firmwares);
     let servos = servos.map(|(id, firmware)| ServoKind::new(firmware, id.get(), baud));

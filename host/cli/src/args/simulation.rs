@@ -31,7 +31,7 @@ pub(crate) struct ArmArgs {
 #[derive(Args, Clone, Debug)]
 pub(crate) struct VirtualServoArgs {
     /// Firmware of the two servos: morpheus, stock, x for the X series, or one for
-    /// each, as in stock,morpheus [default: morpheus].
+    /// each, as in stock,morpheus [default: morpheus, or x if the arm has its encoders].
     #[arg(
         long,
         value_name = "NAME[,NAME]",
@@ -58,14 +58,15 @@ pub(crate) enum VirtualServoError {
 }
 
 impl VirtualServoArgs {
-    /// The servos, with the ids that the board looks for.
-    pub(crate) fn kinds(&self) -> Result<Vec<ServoKind>, VirtualServoError> {
+    /// The servos, with the ids that the board looks for; `own` is the firmware of those whose
+    /// encoders the arm has.
+    pub(crate) fn kinds(&self, own: Firmware) -> Result<Vec<ServoKind>, VirtualServoError> {
         if self.firmware.len() > SERVO_IDS.len() {
             return Err(VirtualServoError::Count(self.firmware.len()));
         }
         let baud = self.servo_baud.unwrap_or(1_000_000);
         let firmware = |joint: usize| match self.firmware.as_slice() {
-            [] => Firmware::Morpheus,
+            [] => own,
             each => each[joint % each.len()],
         };
         let servos = SERVO_IDS.iter().enumerate();
@@ -75,10 +76,13 @@ impl VirtualServoArgs {
     }
 
     /// The servos, if one of the options is given.
-    pub(crate) fn requested(&self) -> Result<Option<Vec<ServoKind>>, VirtualServoError> {
+    pub(crate) fn requested(
+        &self,
+        own: Firmware,
+    ) -> Result<Option<Vec<ServoKind>>, VirtualServoError> {
         if self.firmware.is_empty() && self.servo_baud.is_none() {
             return Ok(None);
         }
-        self.kinds().map(Some)
+        self.kinds(own).map(Some)
     }
 }

@@ -14,6 +14,7 @@ use armbridge_client::{ctrl_c, stdio};
 use armbridge_sim::Bench;
 use armbridge_sim::link::{BoardUri, Options, Pace, drive};
 use armbridge_sim::link_server::LinkServer;
+use armbridge_sim::plant::Plant;
 use clap::{Args, Subcommand};
 
 use super::{Error, Outcome, transparent_port, virtual_arm};
@@ -120,8 +121,10 @@ fn board(args: &BoardArgs) -> Result<(), Error> {
             format!("--listen and --transparent are both {port}: expected two ports").into(),
         );
     }
-    let plant = virtual_arm::plant(&args.arm)?;
-    let mut options = Options::new(Bench::with_servos(plant, &args.servos.kinds()?));
+    let config = virtual_arm::config(&args.arm)?;
+    let kinds = args.servos.kinds(config.firmware())?;
+    let plant = Plant::new(config, args.arm.seed);
+    let mut options = Options::new(Bench::with_servos(plant, &kinds));
     options.pace = Pace::WallClock;
     options.is_stoppable = true;
     if !args.quiet {

@@ -58,7 +58,8 @@ impl OpenedLink {
         let event_queue = EventQueue::default();
         let mut taps = vec![event_queue.tap()];
         taps.extend(recording.iter().flat_map(Recording::taps));
-        let (plant, kinds) = (virtual_arm::config(&args.arm)?, args.servos.kinds()?);
+        let plant = virtual_arm::config(&args.arm)?;
+        let kinds = args.servos.kinds(plant.firmware())?;
         let seed = args.arm.seed;
         // A bench cannot be sent to another thread: it is made there.
         let session = LinkThread::begin(link, move || {

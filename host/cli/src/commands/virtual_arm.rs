@@ -1,16 +1,11 @@
 //! The virtual arm of a command's options.
 
-use armbridge_sim::plant::{Plant, PlantConfig, PlantFile};
+use armbridge_sim::plant::{PlantConfig, PlantFile};
 
 use super::Error;
 use crate::args::ArmArgs;
 
 /// The virtual arm, held at its initial angles.
-pub(super) fn plant(args: &ArmArgs) -> Result<Plant, Error> {
-    Ok(Plant::new(config(args)?, args.seed))
-}
-
-/// Its configuration.
 pub(super) fn config(args: &ArmArgs) -> Result<PlantConfig, Error> {
     let mut plant = PlantFile::arm(args.plant.as_deref(), args.initial)?;
     if args.no_friction {

@@ -207,11 +207,17 @@ fn request(cosim: &mut Simulation<'_>, request: Request) -> Result<(), ExactErro
     }
 }
 
-/// Arms as soon as the servos have been found and the encoders are known, and waits for the check
-/// of the motors.
+/// Makes the servos ready where they are not, arms as soon as the encoders are known, and waits for
+/// the check of the motors.
 fn arm(cosim: &mut Simulation<'_>) -> Result<(), ExactError> {
     let idle = |record: &Record| record.mode == Mode::Idle;
     await_record(cosim, SERVO_TIMEOUT_US, idle)?;
+    let servos = cosim.host.0.status().servos;
+    if servos.is_some_and(|servos| !servos.is_ready) {
+        request(cosim, Request::Command(Command::Prepare))?;
+        rest(cosim, 1)?;
+        await_record(cosim, SERVO_TIMEOUT_US, idle)?;
+    }
     let until_us = cosim.now_us() + ARM_TIMEOUT_US;
     while let Err(error) = request(cosim, Request::Arm) {
         let is_early = matches!(

@@ -2,7 +2,7 @@
 //! with the wire and the servos as constant delays.
 //!
 //! ```text
-//!      SAMPLED_US   APPLIED_US
+//!      sampled_us   applied_us
 //! |---------+---|-------------------+-----------|
 //!       sampled |   packets         | PWM of the tick before is applied
 //!               start of the tick; decided with these samples
@@ -18,16 +18,40 @@ use armbridge_board::tick::{ControlLoop, Instant, LoopConfig, step};
 use armbridge_control::arm::State;
 use armbridge_link::message::{Command, Fault, Sample};
 use armbridge_link::record::{Fallback, Permission, TickInput, TickOutput};
-use armbridge_servo::Pwm;
+use armbridge_servo::{Firmware, Pwm};
 
 use super::Observation;
 use crate::plant::{Plant, PlantConfig};
 
-/// Mean time from the sample of a Morpheus servo to the start of the tick that asks for it, in µs:
-/// of the servos simulated cycle by cycle, see the tests.
-pub const SAMPLED_US: u64 = 100;
-/// Mean time from the start of a tick to the torque of its PWM, in µs; from the same.
-pub const APPLIED_US: u64 = 600;
+/// Mean delays of servos, measured on the exact board; see the tests.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Delays {
+    /// From the sample of a position to the start of the tick that asks for it, in µs.
+    pub sampled_us: u64,
+    /// From the start of a tick to the torque of its PWM, in µs.
+    pub applied_us: u64,
+}
+
+impl Delays {
+    /// Those of servos with this firmware, at 1 kHz and 1 Mbaud.
+    pub const fn of(firmware: Firmware) -> Self {
+        let (sampled_us, applied_us) = match firmware {
+            // Simulated cycle by cycle.
+            Firmware::Morpheus | Firmware::Stock => (100, 600),
+            Firmware::XSeries => (140, 700),
+        };
+        Self {
+            sampled_us,
+            applied_us,
+        }
+    }
+
+    /// From the sample to the torque that a tick decides with it, in µs.
+    pub const fn total_us(self) -> u64 {
+        self.sampled_us + self.applied_us
+    }
+}
+
 /// Ticks of an arm at rest before an episode, in which the encoders' noise becomes known.
 const SETTLE_TICKS: u32 = 64;
 /// Step of the integration, in ns: that of the tick, which the change of torque cuts.
@@ -39,6 +63,7 @@ pub struct FastBoard {
     config: LoopConfig,
     control_loop: ControlLoop,
     plant: Plant,
+    delays: Delays,
     input: TickInput,
     output: TickOutput,
     fault: Option<Fault>,
@@ -51,6 +76,7 @@ impl FastBoard {
             config: *config,
             control_loop: ControlLoop::new(config),
             plant: Plant::new(plant, seed).with_step(STEP_NS),
+            delays: Delays::of(plant.firmware()),
             input: TickInput {
                 is_first: true,
                 lead_us: config.period_us().get(),
@@ -103,6 +129,7 @@ impl FastBoard {
             plant,
             input,
             config,
+            delays,
             ..
         } = self;
         input.start_us = input.acts_us();
@@ -112,8 +139,8 @@ impl FastBoard {
         } else {
             [Pwm::OFF.counts(); 2]
         };
-        let sampled_ns = (input.start_us - SAMPLED_US) * 1_000;
-        let applied_ns = (input.start_us + APPLIED_US) * 1_000;
+        let sampled_ns = (input.start_us - delays.sampled_us) * 1_000;
+        let applied_ns = (input.start_us + delays.applied_us) * 1_000;
         input.samples = [0, 1].map(|servo| Sample::Counts(plant.read(servo, sampled_ns)));
         for (servo, (pwm, before)) in pwm.into_iter().zip(input.pwm_in_force).enumerate() {
             if pwm != before {

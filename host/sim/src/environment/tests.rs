@@ -1,12 +1,14 @@
 //! Tests of the fast board against the exact one.
 
+use armbridge_control::actuator::Joint;
 use armbridge_control::arm::State;
 use armbridge_link::message::{Command, Sample, Settings, Setup};
-use armbridge_servo::JOINTS;
+use armbridge_servo::{Firmware, JOINTS};
 
 use super::exact::ExactBoard;
-use super::fast::{APPLIED_US, FastBoard, SAMPLED_US};
+use super::fast::{Delays, FastBoard};
 use super::*;
+use crate::plant::PlantFile;
 use armbridge_client::session::Request;
 
 fn settings() -> Settings {
@@ -14,6 +16,20 @@ fn settings() -> Settings {
         setup: Setup::best(),
         ..Settings::default()
     }
+}
+
+/// Settings of a board that knows the arm and its servos.
+fn settings_for(plant: &PlantConfig) -> Settings {
+    let mut settings = settings();
+    settings.setup.arm = plant.arm.map(|number| number as f32);
+    settings.setup.joints = plant.joints.map(|joint| Joint {
+        zero_count: joint.zero_count as f32,
+        rad_per_count: joint.rad_per_count as f32,
+        direction: joint.direction,
+        gain_counts_per_nm: joint.gain_counts_per_nm as f32,
+        offset_counts: joint.offset_counts as f32,
+    });
+    settings
 }
 
 fn plant(start_rad: [f64; JOINTS]) -> PlantConfig {
@@ -24,19 +40,25 @@ fn plant(start_rad: [f64; JOINTS]) -> PlantConfig {
 }
 
 /// Mean times in µs from the start of a tick to the samples, and to the torque.
-fn measured_delays() -> [f64; 2] {
+fn measured_delays(plant: &PlantConfig) -> [f64; 2] {
     let plant = PlantConfig {
         noise_lsb_rms: 0.0,
-        ..plant([0.3, -0.25])
+        ..*plant
     };
-    let (mut board, _) = ExactBoard::new(&settings(), plant, 1).unwrap();
+    // A packet to both servos at 1 Mbaud; one of the X series has 20 bytes.
+    let packet_us = match plant.firmware() {
+        Firmware::Morpheus | Firmware::Stock => 150.0,
+        Firmware::XSeries => 200.0,
+    };
+    let (mut board, _) = ExactBoard::new(&settings_for(&plant), plant, 1).unwrap();
     board.with(|cosim| {
         let joint = plant.joints[0];
         let (mut applied_us, mut late, mut way) = (Vec::new(), 0.0, 0.0);
-        // Torques that change with each tick, on an arm that is driven.
-        for tick in 0..2_000_u32 {
-            let torque_nm = 0.1 * (f64::from(tick) * 0.01).sin() as f32;
-            let command = Command::Torque([0.45 + torque_nm, -0.15 - torque_nm]);
+        // Torques that change with each tick, on an arm that is driven; a servo's period drifts
+        // against it by one in a second.
+        for tick in 0..10_000_u32 {
+            let angle_rad = 0.2 * (f64::from(tick) * 0.02).sin() as f32;
+            let command = Command::Regulate([angle_rad, -angle_rad]);
             let now_us = cosim.now_us();
             cosim.host.0.request(now_us, Request::Command(command));
             let start_us = cosim.host.0.status().record.unwrap().input.acts_us();
@@ -48,7 +70,7 @@ fn measured_delays() -> [f64; 2] {
                     if std::mem::replace(before, pwm) != pwm {
                         let after_us = (cosim.now_us() - start_us) as f64;
                         // Before the end of the packet: that of the tick before.
-                        let is_earlier = after_us < 150.0;
+                        let is_earlier = after_us < packet_us;
                         applied_us.push(after_us + if is_earlier { 1_000.0 } else { 0.0 });
                     }
                 }
@@ -59,7 +81,7 @@ fn measured_delays() -> [f64; 2] {
             .host
             .0
             .request(cosim.now_us(), Request::Command(Command::Idle));
-        for swing in 0..20 {
+        for swing in 0..60 {
             let to_rad = if swing % 2 == 0 { 0.8 } else { -0.8 };
             cosim.bench.move_by_hand([to_rad; JOINTS], 400_000);
             let end_us = cosim.now_us() + 400_000;
@@ -91,10 +113,16 @@ fn measured_delays() -> [f64; 2] {
 
 #[test]
 fn delays_of_the_fast_board_are_the_means_of_the_exact_one() {
-    let [sampled_us, applied_us] = measured_delays();
-    println!("sampled after {sampled_us:.0} us, applied after {applied_us:.0} us");
-    assert!((sampled_us + SAMPLED_US as f64).abs() < 30.0);
-    assert!((applied_us - APPLIED_US as f64).abs() < 30.0);
+    let start_rad = [0.3, -0.25];
+    let x_servos = PlantFile::load("xl430").unwrap().config(start_rad);
+    for plant in [plant(start_rad), x_servos] {
+        let [sampled_us, applied_us] = measured_delays(&plant);
+        let firmware = plant.firmware();
+        println!("{firmware}: sampled after {sampled_us:.0} us, applied after {applied_us:.0} us");
+        let delays = Delays::of(firmware);
+        assert!((sampled_us + delays.sampled_us as f64).abs() < 30.0);
+        assert!((applied_us - delays.applied_us as f64).abs() < 30.0);
+    }
 }
 
 /// Largest distance in counts between the true angles of both boards in 1 s, under the same

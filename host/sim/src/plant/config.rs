@@ -4,9 +4,10 @@ use core::f64::consts::FRAC_PI_2;
 
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::{Parameters, State};
+use armbridge_control::encoder::Encoder;
 use armbridge_link::message::Settings;
 use armbridge_servo::protocol2::model::{self, Model};
-use armbridge_servo::{ControlMode, JOINTS, Pwm};
+use armbridge_servo::{ControlMode, Firmware, JOINTS, Pwm};
 use nalgebra::Vector2;
 
 use super::body::Friction;
@@ -110,7 +111,7 @@ impl PlantConfig {
             stribeck_rad_s: 0.0,
             load: load[joint] / 100.0,
         });
-        let mut plant = Self {
+        let plant = Self {
             arm: setup.arm.map(decimal),
             joints: setup.joints.map(|joint| Joint {
                 zero_count: decimal(joint.zero_count),
@@ -125,13 +126,15 @@ impl PlantConfig {
         };
         if setup.control_mode == ControlMode::Current {
             let model = Model::nearest_by_current(setup.joints[0].gain_counts_per_nm);
-            plant.drive_by_duty(model.unwrap_or(plant.x_servo));
+            return plant.driven_by_duty(model.unwrap_or(plant.x_servo));
         }
         plant
     }
 
-    /// Makes the servos ones of this model, with a duty for a command.
-    fn drive_by_duty(&mut self, model: &'static Model) {
+    /// With servos of this model, which turns a command into a duty by itself; their motors have its
+    /// torque and back-EMF.
+    #[must_use]
+    pub fn driven_by_duty(mut self, model: &'static Model) -> Self {
         self.x_servo = model;
         self.torque_limit_nm = decimal(model.stall_nm);
         for joint in &mut self.joints {
@@ -140,6 +143,15 @@ impl PlantConfig {
         let back_emf = decimal(model.back_emf_nm_s());
         self.arm.b1 += back_emf;
         self.arm.b2 += back_emf;
+        self
+    }
+
+    /// Firmware of the servos whose encoders this arm has; that of AX-12A is Morpheus.
+    pub fn firmware(&self) -> Firmware {
+        match self.joints[0].encoder() {
+            Some(Encoder::XSeries) => Firmware::XSeries,
+            Some(Encoder::Ax12a) | None => Firmware::Morpheus,
+        }
     }
 
     /// True parameters of the arm, with both scales.

@@ -6,6 +6,7 @@ use armbridge_client::endpoint::Endpoint;
 use armbridge_client::transport::LinkUri;
 use armbridge_client::{ctrl_c, stdio};
 use armbridge_servo::Firmware;
+use armbridge_sim::plant::Plant;
 use armbridge_sim::raw_bus_server::WallClockBench;
 use armbridge_sim::servo_kind::{KindError, ServoKind};
 use armbridge_sim::{Bench, servo_kind};
@@ -30,13 +31,13 @@ pub(crate) struct ServosArgs {
     pub(crate) expose: ExposeArgs,
     /// Firmware of the servos, morpheus, stock or x: one for all, or one for each. Stock
     /// servos speak Dynamixel Protocol 1.0 and those of the X series Protocol 2.0, as the
-    /// vendor's SDK does; Morpheus ones do not.
+    /// vendor's SDK does; Morpheus ones do not [default: morpheus, or x if the arm has its
+    /// encoders].
     #[arg(
         long,
         value_name = "NAME[,NAME]",
         value_delimiter = ',',
         value_parser = servo_kind::firmware,
-        default_value = "morpheus"
     )]
     firmware: Vec<Firmware>,
     /// Ids of the servos. The first two drive the arm's joints, any others nothing.
@@ -92,10 +93,13 @@ pub(crate) enum ServosError {
 }
 
 impl ServosArgs {
-    /// The servos that are asked for.
-    pub(crate) fn kinds(&self) -> Result<Vec<ServoKind>, ServosError> {
+    /// The servos that are asked for; `own` is the firmware of those whose encoders the arm has.
+    pub(crate) fn kinds(&self, own: Firmware) -> Result<Vec<ServoKind>, ServosError> {
         let ids = self.ids.len();
-        let firmware = one_each(&self.firmware, "--firmware", ids)?;
+        let firmware = match self.firmware.as_slice() {
+            [] => vec![own; ids],
+            each => one_each(each, "--firmware", ids)?,
+        };
         let baud = one_each(&self.servo_baud, "--servo-baud", ids)?;
         let mut known = HashSet::new();
         let mut servos = self.ids.iter().zip(&firmware);
@@ -128,9 +132,9 @@ fn one_each<T: Copy>(
 }
 
 pub(super) fn run(args: &ServosArgs) -> Result<(), Error> {
-    let plant = virtual_arm::plant(&args.arm)?;
-    let kinds = args.kinds()?;
-    let mut bench = Bench::with_servos(plant, &kinds);
+    let config = virtual_arm::config(&args.arm)?;
+    let kinds = args.kinds(config.firmware())?;
+    let mut bench = Bench::with_servos(Plant::new(config, args.arm.seed), &kinds);
     bench.set_baud(args.baud);
     let mut bench = WallClockBench::new(bench, args.slow).interrupted_by(ctrl_c::is_raised);
     let who = in_words(&kinds);
@@ -245,7 +249,9 @@ mod tests {
     fn kinds(args: &[&str]) -> Result<Vec<ServoKind>, String> {
         let args = [&["servos", "--listen", "tcp://127.0.0.1:0"], args].concat();
         let line = Line::try_parse_from(args).map_err(|error| error.to_string())?;
-        line.args.kinds().map_err(|error| error.to_string())
+        line.args
+            .kinds(Firmware::Morpheus)
+            .map_err(|error| error.to_string())
     }
 
     #[test]
