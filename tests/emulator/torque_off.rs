@@ -1,7 +1,7 @@
 //! Torque off in the firmware: the scenarios of the bench, on the emulated board.
 
 use armbridge_link::message::{Command, Fault, Limits, Mode, Refusal, Setup};
-use armbridge_servo::Firmware;
+use armbridge_servo::{ControlMode, Firmware};
 use armbridge_sim::faults::sensor::SensorFault;
 use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::torque_off::METHODS;
@@ -10,6 +10,7 @@ use armbridge_tests::torque_off::passthrough::{befores, is_stopped, stops};
 use armbridge_tests::torque_off::rig::{World, bench, with_rig};
 use armbridge_tests::torque_off::sessions::{End, sessions_end};
 use armbridge_tests::torque_off::silence::{cases, is_ended};
+use armbridge_tests::torque_off::x_servos::{is_held, settings_are_saved_while_servos_are_ready};
 
 #[test]
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
@@ -90,4 +91,18 @@ fn the_firmware_does_not_arm_motors_that_it_cannot_check_unless_that_is_confirme
         assert_eq!(rig.command(Command::Limit(unchecked)), Ok(()));
         assert_eq!(rig.command(arming), Ok(()));
     });
+}
+
+#[test]
+#[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
+fn settings_are_saved_by_the_firmware_while_x_servos_are_ready() {
+    settings_are_saved_while_servos_are_ready(World::Emulator);
+}
+
+#[test]
+#[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
+fn an_arm_is_held_by_current_of_the_firmware() {
+    let off_rad = is_held(World::Emulator, ControlMode::Current, 1_500);
+    // A count is 1.5 mrad.
+    assert!(off_rad < 0.01, "{off_rad}");
 }

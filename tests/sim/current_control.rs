@@ -2,44 +2,15 @@
 //! leaves and changes.
 
 use armbridge_analysis::plan_runner::plan::{Base, Change};
-use armbridge_link::message::{Command, Fault, Limits, Mode, Refusal, Settings, Setup, ToHost};
+use armbridge_link::message::{Command, Fault, Limits, Mode, Refusal, Settings, ToHost};
 use armbridge_servo::protocol2::{model, register};
-use armbridge_servo::{ControlMode, Firmware, JOINTS};
-use armbridge_sim::Bench;
+use armbridge_servo::{ControlMode, JOINTS};
 use armbridge_sim::half_duplex_bus::Device;
-use armbridge_sim::plant::{Plant, PlantConfig, PlantFile};
-use armbridge_sim::servo_kind::ServoKind;
-use armbridge_tests::random_arms::truth::true_setup;
+use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::torque_off::rig::{Rig, WATCHDOG_US, World, with_rig};
-
-use super::x_series::register_of;
-
-/// The arm of two XL330 that ships.
-fn arm(initial_rad: [f64; JOINTS]) -> PlantConfig {
-    PlantFile::load("xl330").unwrap().config(initial_rad)
-}
-
-/// Its parameters, for commands of this kind.
-fn setup(mode: ControlMode) -> Setup {
-    let arm = arm([0.0; JOINTS]);
-    let mut setup = true_setup(&arm, Setup::best());
-    setup.control_mode = mode;
-    if mode == ControlMode::Current {
-        let current = arm.x_servo.current.unwrap();
-        for joint in &mut setup.joints {
-            joint.gain_counts_per_nm = current.counts_per_nm();
-        }
-        // A current is not braked by back-EMF, which is all of this arm's viscous friction.
-        setup.arm.b1 = 1e-4;
-        setup.arm.b2 = 1e-4;
-    }
-    setup
-}
-
-fn bench(arm: &PlantConfig) -> Bench {
-    let servos = [1, 2].map(|id| ServoKind::new(Firmware::XSeries, id, 1_000_000).unwrap());
-    Bench::with_servos(Plant::new(*arm, 1), &servos)
-}
+use armbridge_tests::torque_off::x_servos::{
+    is_held, register_of, xl330, xl330_bench, xl330_setup,
+};
 
 fn registers(rig: &Rig<'_>, address: u16) -> [i32; JOINTS] {
     [0, 1].map(|servo| register_of(&rig.cosim.bench, servo, address))
@@ -47,41 +18,18 @@ fn registers(rig: &Rig<'_>, address: u16) -> [i32; JOINTS] {
 
 #[test]
 fn an_arm_is_held_by_current_as_by_pwm() {
-    let [pwm_rad, current_rad] = [ControlMode::Pwm, ControlMode::Current].map(|mode| {
-        with_rig(World::Bench, bench(&arm([0.2, -0.1])), |rig| {
-            assert_eq!(rig.command(Command::Configure(setup(mode))), Ok(()));
-            rig.prepare();
-            rig.drive(Command::Regulate([0.3, 0.2]));
-            rig.pass_ms(3_000);
-            assert!(
-                matches!(rig.mode(), Some(Mode::Running(_))),
-                "{:?}",
-                rig.mode()
-            );
-            let (code, goals) = match mode {
-                ControlMode::Pwm => (16, None),
-                ControlMode::Current => (0, Some([885; JOINTS])),
-            };
-            assert_eq!(registers(rig, register::OPERATING_MODE), [code; JOINTS]);
-            assert!(goals.is_none_or(|goals| registers(rig, register::GOAL_PWM) == goals));
-            let q = rig.cosim.bench.plant().state().q;
-            let off_rad = (q.x - 0.3).abs().max((q.y - 0.2).abs());
-            println!("{mode:?}: off by {off_rad:.4} rad");
-            off_rad
-        })
-    });
     // A count is 1.5 mrad.
-    assert!(
-        pwm_rad < 0.01 && current_rad < 0.01,
-        "{pwm_rad} {current_rad}"
-    );
+    for mode in [ControlMode::Pwm, ControlMode::Current] {
+        let off_rad = is_held(World::Bench, mode, 3_000);
+        assert!(off_rad < 0.01, "{mode:?}: {off_rad}");
+    }
 }
 
 #[test]
 fn a_servo_driven_by_current_is_off_by_its_own_watchdog() {
-    with_rig(World::Bench, bench(&arm([0.0; JOINTS])), |rig| {
+    with_rig(World::Bench, xl330_bench(&xl330([0.0; JOINTS])), |rig| {
         assert_eq!(
-            rig.command(Command::Configure(setup(ControlMode::Current))),
+            rig.command(Command::Configure(xl330_setup(ControlMode::Current))),
             Ok(())
         );
         rig.prepare();
@@ -112,11 +60,11 @@ fn a_servo_driven_by_current_is_off_by_its_own_watchdog() {
 /// Another mode makes the servos ready again without being asked to, and PWM is as it was.
 #[test]
 fn the_control_mode_is_changed_on_a_board_whose_servos_are_ready() {
-    with_rig(World::Bench, bench(&arm([0.0; JOINTS])), |rig| {
+    with_rig(World::Bench, xl330_bench(&xl330([0.0; JOINTS])), |rig| {
         let modes = [ControlMode::Pwm, ControlMode::Current, ControlMode::Pwm];
         rig.prepare();
         for (mode, code) in modes.into_iter().zip([16, 0, 16]) {
-            assert_eq!(rig.command(Command::Configure(setup(mode))), Ok(()));
+            assert_eq!(rig.command(Command::Configure(xl330_setup(mode))), Ok(()));
             rig.until("ready", 2_000_000, |rig| rig.mode() == Some(Mode::Idle));
             assert_eq!(registers(rig, register::OPERATING_MODE), [code; JOINTS]);
             rig.drive(Command::Regulate([0.1, -0.1]));
@@ -127,7 +75,7 @@ fn the_control_mode_is_changed_on_a_board_whose_servos_are_ready() {
                 rig.mode()
             );
             // Not while it is armed.
-            let other = setup(modes[usize::from(mode == ControlMode::Pwm)]);
+            let other = xl330_setup(modes[usize::from(mode == ControlMode::Pwm)]);
             assert_eq!(
                 rig.command(Command::Configure(other)),
                 Err(Refusal::NotIdle)
@@ -143,7 +91,7 @@ fn the_control_mode_is_changed_on_a_board_whose_servos_are_ready() {
 fn a_servo_that_would_ignore_a_current_is_not_made_ready() {
     let of_model = |number| PlantConfig {
         x_servo: model::find(number).unwrap(),
-        ..arm([0.0; JOINTS])
+        ..xl330([0.0; JOINTS])
     };
     // XL430-W250; XC330-T288 with a current limit of 910.
     for (number, counts, is_ready) in [
@@ -151,14 +99,14 @@ fn a_servo_that_would_ignore_a_current_is_not_made_ready() {
         (1_220, 1_000, false),
         (1_220, 910, true),
     ] {
-        with_rig(World::Bench, bench(&of_model(number)), |rig| {
+        with_rig(World::Bench, xl330_bench(&of_model(number)), |rig| {
             let limits = Limits {
                 pwm_counts: counts,
                 ..Limits::default()
             };
             assert_eq!(rig.command(Command::Limit(limits)), Ok(()));
             assert_eq!(
-                rig.command(Command::Configure(setup(ControlMode::Current))),
+                rig.command(Command::Configure(xl330_setup(ControlMode::Current))),
                 Ok(())
             );
             assert_eq!(rig.command(Command::Prepare), Ok(()));
@@ -179,7 +127,7 @@ fn a_servo_that_would_ignore_a_current_is_not_made_ready() {
 #[test]
 fn torque_by_a_goal_is_ended_and_restored_and_the_direction_stays() {
     let found = 1 | register::TORQUE_BY_GOAL;
-    let mut bench = bench(&arm([0.0; JOINTS]));
+    let mut bench = xl330_bench(&xl330([0.0; JOINTS]));
     for servo in [0, 1] {
         if let Device::X(servo) = bench.servo_mut(servo) {
             servo.set_register(register::DRIVE_MODE, &[found]);
@@ -187,7 +135,7 @@ fn torque_by_a_goal_is_ended_and_restored_and_the_direction_stays() {
     }
     with_rig(World::Bench, bench, |rig| {
         assert_eq!(
-            rig.command(Command::Configure(setup(ControlMode::Pwm))),
+            rig.command(Command::Configure(xl330_setup(ControlMode::Pwm))),
             Ok(())
         );
         rig.prepare();
@@ -206,7 +154,7 @@ fn torque_by_a_goal_is_ended_and_restored_and_the_direction_stays() {
 #[test]
 fn another_control_leaves_the_control_mode() {
     let before = Settings {
-        setup: setup(ControlMode::Current),
+        setup: xl330_setup(ControlMode::Current),
         ..Settings::default()
     };
     for base in [Base::Board, Base::Paper, Base::Compensated] {

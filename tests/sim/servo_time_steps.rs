@@ -1,7 +1,7 @@
 //! Virtual servos act alike whichever steps time is advanced in: a simulation that jumps
 //! and a server that follows the wall clock see the same.
 
-use armbridge_sim::half_duplex_bus::{Mechanics, ReceivedByte, Record, Wire};
+use armbridge_sim::half_duplex_bus::{Mechanics, MotorDrive, ReceivedByte, Record, Wire};
 use armbridge_sim::morpheus_servo::{Reading, Servo, State};
 
 /// A sensor that moves with time, and everything the servos did to the motor.
@@ -20,8 +20,8 @@ impl Mechanics for Rig {
         }
     }
 
-    fn drive(&mut self, servo: usize, at_ns: u64, pwm: u16) {
-        self.drives.push((servo, at_ns, pwm));
+    fn drive(&mut self, servo: usize, at_ns: u64, drive: MotorDrive) {
+        self.drives.push((servo, at_ns, drive.pwm));
     }
 }
 

@@ -8,10 +8,12 @@ use armbridge_servo::protocol2::{model, register};
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::{Cosim, CosimError};
-use armbridge_sim::half_duplex_bus::Device;
 use armbridge_sim::plant::Plant;
 use armbridge_sim::x_servo::XServo;
 use armbridge_tests::torque_off::rig::{self, WATCHDOG_US, World, between_obstacles, with_rig};
+use armbridge_tests::torque_off::x_servos::{
+    register_of, settings_are_saved_while_servos_are_ready,
+};
 use armbridge_tests::transparent_port::bench;
 use armbridge_tests::{assert_undisturbed, calibrations, plant, settling_s, with_encoders};
 
@@ -22,14 +24,6 @@ fn setup() -> Setup {
     Setup {
         joints: calibrations(Firmware::XSeries),
         ..Setup::best()
-    }
-}
-
-/// A register of a servo on the bench.
-pub(super) fn register_of(bench: &Bench, servo: usize, address: u16) -> i32 {
-    match &bench.servos()[servo] {
-        Device::X(servo) => servo.register(address).expect("a register"),
-        Device::Morpheus(_) | Device::Stock(_) => panic!("an X servo"),
     }
 }
 
@@ -222,4 +216,9 @@ fn a_run_at_another_period_waits_for_servos_that_are_made_ready_again() {
         let watchdog = register_of(&cosim.bench, 0, register::BUS_WATCHDOG);
         assert_eq!(watchdog, units, "{period_us} us");
     }
+}
+
+#[test]
+fn settings_are_saved_while_they_are_ready() {
+    settings_are_saved_while_servos_are_ready(World::Bench);
 }

@@ -1,7 +1,7 @@
 //! Replays recorded exchanges against virtual servos and collects what they
 //! did in the form of the record.
 
-use armbridge_sim::half_duplex_bus::{Mechanics, Record, Wire};
+use armbridge_sim::half_duplex_bus::{Mechanics, MotorDrive, Record, Wire};
 use armbridge_sim::morpheus_servo::{Reading, Servo};
 
 use crate::trace::{EventKind, Exchange};
@@ -27,8 +27,8 @@ impl Mechanics for Sensors {
         self.readings[servo]
     }
 
-    fn drive(&mut self, servo: usize, at_ns: u64, pwm: u16) {
-        self.changes.push((servo, at_ns, pwm));
+    fn drive(&mut self, servo: usize, at_ns: u64, drive: MotorDrive) {
+        self.changes.push((servo, at_ns, drive.pwm));
     }
 }
 

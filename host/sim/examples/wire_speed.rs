@@ -5,7 +5,7 @@
 
 use std::time::Instant;
 
-use armbridge_sim::half_duplex_bus::{Mechanics, Wire};
+use armbridge_sim::half_duplex_bus::{Mechanics, MotorDrive, Wire};
 use armbridge_sim::morpheus_servo::{Reading, Servo};
 
 const BAUD: u32 = 1_000_000;
@@ -27,7 +27,7 @@ impl Mechanics for Still {
         }
     }
 
-    fn drive(&mut self, _servo: usize, _at_ns: u64, _pwm: u16) {}
+    fn drive(&mut self, _servo: usize, _at_ns: u64, _drive: MotorDrive) {}
 }
 
 /// Sends a packet and returns when it ends.

@@ -6,7 +6,7 @@ use armbridge_servo::JOINTS;
 use super::encoder;
 use super::faults::sensor::Sensors;
 use super::half_duplex_bus::Mechanics;
-use super::morpheus_servo::Reading;
+use super::morpheus_servo::{MotorDrive, Reading};
 use super::plant::Plant;
 use armbridge_control::encoder::Encoder;
 
@@ -35,10 +35,11 @@ pub(super) struct Joints {
     shafts: Vec<Shaft>,
 }
 
-/// PWM history of one of the arm's servos.
+/// PWM history of one of the arm's servos. A motor without torque is off, also where its PWM
+/// balances its back-EMF.
 #[derive(Clone, Copy, Debug)]
 struct Motor {
-    pwm: u16,
+    drive: MotorDrive,
     /// Start of the present or the last on-time.
     on_ns: u64,
     /// Start of the present or the last off-time.
@@ -105,7 +106,7 @@ impl Joints {
         self.is_swapped = !self.is_swapped;
         for servo in 0..JOINTS {
             self.arm
-                .drive(self.joint(servo), at_ns, self.motors[servo].pwm);
+                .drive(self.joint(servo), at_ns, self.motors[servo].drive.pwm);
         }
     }
 
@@ -135,22 +136,25 @@ impl Joints {
     /// in counts.
     pub(super) fn take_most_counts(&mut self, servo: usize) -> u16 {
         let motor = &mut self.motors[servo];
-        std::mem::replace(&mut motor.most, motor.pwm.abs_diff(OFF))
+        std::mem::replace(&mut motor.most, motor.drive.at_rest.abs_diff(OFF))
     }
 }
 
 impl Motor {
     const OFF: Self = Self {
-        pwm: OFF,
+        drive: MotorDrive {
+            pwm: OFF,
+            at_rest: OFF,
+        },
         on_ns: 0,
         off_ns: 0,
         earlier_ns: 0,
         most: 0,
     };
 
-    fn set(&mut self, at_ns: u64, pwm: u16) {
+    fn set(&mut self, at_ns: u64, drive: MotorDrive) {
         let was_off = self.is_off();
-        self.pwm = pwm;
+        self.drive = drive;
         match (was_off, self.is_off()) {
             (true, false) => {
                 self.earlier_ns += self.off_ns - self.on_ns;
@@ -159,11 +163,11 @@ impl Motor {
             (false, true) => self.off_ns = at_ns,
             (true, true) | (false, false) => {}
         }
-        self.most = self.most.max(pwm.abs_diff(OFF));
+        self.most = self.most.max(drive.at_rest.abs_diff(OFF));
     }
 
     fn is_off(&self) -> bool {
-        self.pwm.abs_diff(OFF) <= OFF_TOLERANCE
+        self.drive.at_rest.abs_diff(OFF) <= OFF_TOLERANCE
     }
 }
 
@@ -202,10 +206,11 @@ impl Mechanics for Joints {
         })
     }
 
-    fn drive(&mut self, servo: usize, at_ns: u64, pwm: u16) {
+    fn drive(&mut self, servo: usize, at_ns: u64, drive: MotorDrive) {
+        let pwm = drive.pwm;
         match servo.checked_sub(JOINTS) {
             None => {
-                self.motors[servo].set(at_ns, pwm);
+                self.motors[servo].set(at_ns, drive);
                 self.arm.drive(self.joint(servo), at_ns, pwm);
             }
             Some(shaft) => {
@@ -228,10 +233,10 @@ mod tests {
         let mut joints = Joints::new(Plant::new(PlantConfig::default(), 1), 2);
         // The last is the stop sequence's step off by one.
         for (at_ns, pwm) in [(100, 1200), (150, 800), (300, 1000), (500, 0), (600, 1001)] {
-            joints.drive(0, at_ns, pwm);
+            joints.drive(0, at_ns, u16::into(pwm));
         }
         assert_eq!([0, 1].map(|servo| joints.total_on_ns(servo, 900)), [300, 0]);
-        joints.drive(0, 1_000, 2000);
+        joints.drive(0, 1_000, 2000.into());
         assert_eq!(joints.total_on_ns(0, 1_250), 550);
     }
 
@@ -240,14 +245,14 @@ mod tests {
         let mut joints = Joints::new(Plant::new(PlantConfig::default(), 1), 3);
         let at = |joints: &mut Joints, ms: u64| joints.convert(2, ms * 1_000_000).position;
         assert_eq!(at(&mut joints, 0), 512);
-        joints.drive(2, 0, 1500);
+        joints.drive(2, 0, 1500.into());
         // 29.5 rpm: 177 degrees, or 604 counts, a second.
         assert_eq!(at(&mut joints, 500), 814);
         assert_eq!(at(&mut joints, 900), 1023);
         assert_eq!(at(&mut joints, 1_100), 0);
         // A whole turn in 2.034 s.
         assert_eq!(at(&mut joints, 2_034), 512);
-        joints.drive(2, 2_034_000_000, 1000);
+        joints.drive(2, 2_034_000_000, 1000.into());
         assert_eq!(at(&mut joints, 3_000), 512);
     }
 }

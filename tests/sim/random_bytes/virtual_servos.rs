@@ -6,7 +6,7 @@
 //! meet servos that are deaf, stuck or in position mode; every thousandth
 //! stream finds them switched off and on.
 
-use armbridge_sim::half_duplex_bus::{Mechanics, Wire};
+use armbridge_sim::half_duplex_bus::{Mechanics, MotorDrive, Wire};
 use armbridge_sim::morpheus_servo::{Reading, Servo};
 use armbridge_tests::random::Random;
 
@@ -72,8 +72,8 @@ impl Mechanics for Moving {
         }
     }
 
-    fn drive(&mut self, _servo: usize, _at_ns: u64, pwm: u16) {
-        self.worst_pwm = self.worst_pwm.max(pwm);
+    fn drive(&mut self, _servo: usize, _at_ns: u64, drive: MotorDrive) {
+        self.worst_pwm = self.worst_pwm.max(drive.pwm);
     }
 }
 

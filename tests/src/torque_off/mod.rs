@@ -3,7 +3,7 @@
 //! `rig` is the board with everything around it, `host` and `client` its two users,
 //! of which the simulator has the latter;
 //! `reports` decodes the board's messages on torque, `cases` runs a table; `sessions`,
-//! `silence` and `passthrough` are scenarios of the bench and the emulator.
+//! `silence`, `passthrough` and `x_servos` are scenarios of the bench and the emulator.
 
 pub mod cases;
 pub mod host;
@@ -12,6 +12,7 @@ pub mod reports;
 pub mod rig;
 pub mod sessions;
 pub mod silence;
+pub mod x_servos;
 
 pub use armbridge_sim::faults::port_client as client;
 

@@ -12,7 +12,8 @@ use armbridge_control::arm::State;
 use armbridge_control::encoder::Encoder;
 use armbridge_link::limits::Milliradians;
 use armbridge_link::message::{Command, Limits, Setup};
-use armbridge_servo::{Firmware, JOINTS};
+use armbridge_servo::protocol2::model::{self, Model};
+use armbridge_servo::{ControlMode, Firmware, JOINTS};
 use nalgebra::Vector2;
 use serde::Serialize;
 
@@ -44,6 +45,9 @@ const SLOWEST_BAUD: u32 = 57_600;
 /// no slot for it for a second.
 const POLL_US: u64 = 1_500_000;
 const POLL_TICKS: u64 = 70;
+/// Servos that are driven by current: strong enough for the paper's arm, whose back-EMF and dry friction
+/// they have beside its own.
+const BY_CURRENT: &Model = &model::XM430_W210;
 /// Distance in rad of obstacles from where the arm begins.
 const OBSTACLE_RAD: f64 = 0.05;
 
@@ -184,12 +188,25 @@ impl Case {
         self.bus.servos
     }
 
+    /// Calibration of the servos, as the board has it.
+    fn joints(&self) -> [Joint<f32>; JOINTS] {
+        let x_series = Joint::x_series();
+        let joint = match (self.servos(), self.bus.mode, BY_CURRENT.current) {
+            (Firmware::Morpheus | Firmware::Stock, ..) => return Setup::default().joints,
+            (Firmware::XSeries, ControlMode::Current, Some(current)) => Joint {
+                gain_counts_per_nm: current.counts_per_nm(),
+                ..x_series
+            },
+            (Firmware::XSeries, ..) => x_series,
+        };
+        [joint; JOINTS]
+    }
+
     /// Parameters of the board that are right for the arm.
     pub(super) fn right_setup(&self) -> Setup {
         let mut setup = self.set_up.setup();
-        if self.servos() == Firmware::XSeries {
-            setup.joints = [Joint::x_series(); JOINTS];
-        }
+        setup.control_mode = self.bus.mode;
+        setup.joints = self.joints();
         if let Some(rot) = self.find(Kind::FlashRot) {
             // The saved settings differ from the default in what matters most.
             setup.joints[rot.servo].direction = Direction::Reverse;
@@ -244,9 +261,16 @@ impl Case {
             noise_lsb_rms: self.noise_counts,
             ..PlantConfig::default()
         };
+        let plant = match self.bus.mode {
+            ControlMode::Pwm => plant,
+            ControlMode::Current => plant.driven_by_duty(BY_CURRENT),
+        };
         let mut joints = match Encoder::of(self.servos()) {
             Encoder::Ax12a => plant.joints,
-            Encoder::XSeries => [Joint::x_series(); JOINTS],
+            Encoder::XSeries => plant.joints.map(|joint| Joint {
+                gain_counts_per_nm: joint.gain_counts_per_nm,
+                ..Joint::x_series()
+            }),
         };
         for (joint, right) in joints.iter_mut().zip(self.right_setup().joints) {
             joint.direction = right.direction;

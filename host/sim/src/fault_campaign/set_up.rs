@@ -9,7 +9,7 @@ use armbridge_control::estimate::Config;
 use armbridge_link::message::{Controller, Gains, Setup};
 use armbridge_servo::master::Readiness;
 use armbridge_servo::master::timing::tick_us;
-use armbridge_servo::{Firmware, JOINTS};
+use armbridge_servo::{ControlMode, Firmware, JOINTS};
 use serde::{Deserialize, Serialize};
 
 use super::activity::Activity;
@@ -85,14 +85,25 @@ pub struct Bus {
     pub servos: Firmware,
     /// Nominal speed in bits per second.
     pub baud: u32,
+    /// What the servos are driven by.
+    pub mode: ControlMode,
 }
 
 impl Bus {
+    /// Servos that are driven by PWM.
+    pub(super) const fn new(servos: Firmware, baud: u32) -> Self {
+        Self {
+            servos,
+            baud,
+            mode: ControlMode::Pwm,
+        }
+    }
+
     /// All buses; the usual ones several times.
     pub(super) fn all() -> impl Iterator<Item = Self> {
         BUSES
             .into_iter()
-            .flat_map(|(servos, baud, share)| std::iter::repeat_n(Self { servos, baud }, share))
+            .flat_map(|(servos, baud, share)| std::iter::repeat_n(Self::new(servos, baud), share))
     }
 
     /// All buses of X servos; the usual one several times.
@@ -100,7 +111,7 @@ impl Bus {
         let servos = Firmware::XSeries;
         X_BUSES
             .into_iter()
-            .flat_map(move |(baud, share)| std::iter::repeat_n(Self { servos, baud }, share))
+            .flat_map(move |(baud, share)| std::iter::repeat_n(Self::new(servos, baud), share))
     }
 
     /// The set-ups that it is fast enough for, and that this work of the board permits.
@@ -162,7 +173,11 @@ impl fmt::Display for Bus {
             Firmware::Stock => "stock",
             Firmware::XSeries => "x",
         };
-        write!(f, "{firmware} {} Bd", self.baud)
+        let mode = match self.mode {
+            ControlMode::Pwm => "",
+            ControlMode::Current => " by current",
+        };
+        write!(f, "{firmware}{mode} {} Bd", self.baud)
     }
 }
 

@@ -164,7 +164,7 @@ impl Wire {
                     x_servo.turned(mechanics.counts_per_s(servo, encoder, now));
                 }
             }
-            Some(Action::Pwm(pwm)) => mechanics.drive(servo, now, pwm),
+            Some(Action::Pwm(drive)) => mechanics.drive(servo, now, drive),
             Some(Action::Release) => {
                 if let Some(disturbance) = &mut self.disturbance {
                     disturbance.released(servo);

@@ -30,6 +30,7 @@ pub use faults::{BusDirection, ByteDamage, ByteFault};
 
 use std::collections::VecDeque;
 
+pub use super::morpheus_servo::MotorDrive;
 use super::morpheus_servo::{Reading, Servo};
 use armbridge_control::encoder::Encoder;
 use events::Event;
@@ -59,9 +60,8 @@ pub trait Mechanics {
     fn counts_per_s(&mut self, _servo: usize, _encoder: Encoder, _at_ns: u64) -> Option<f64> {
         None
     }
-    /// The PWM applied to servo `servo`'s motor changes at `at_ns`
-    /// (0..=2000, 1000 = off). It is off at power-up.
-    fn drive(&mut self, servo: usize, at_ns: u64, pwm: u16);
+    /// The PWM applied to servo `servo`'s motor changes at `at_ns`. It is off at power-up.
+    fn drive(&mut self, servo: usize, at_ns: u64, drive: MotorDrive);
 }
 
 /// A byte from the servos as the master's receiver decodes it.
@@ -223,7 +223,7 @@ impl Wire {
     /// Power-cycles a servo.
     pub fn power_cycle(&mut self, servo: usize, mechanics: &mut impl Mechanics) {
         self.servos[servo].power_cycle(self.now_ns);
-        mechanics.drive(servo, self.now_ns, self.servos[servo].pwm());
+        mechanics.drive(servo, self.now_ns, self.servos[servo].pwm().into());
         self.due.retain(|frame| frame.sender != servo);
         self.update_receiver(servo);
         self.servo_changed(servo);

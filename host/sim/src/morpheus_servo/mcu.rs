@@ -267,7 +267,7 @@ impl Mcu {
             Stage::ReadConverter => self.sample(now),
             Stage::ApplyPwm => {
                 self.after_tick(now);
-                Some(Action::Pwm(self.control.applied))
+                Some(Action::Pwm(self.control.applied.into()))
             }
             Stage::Transmit => self.transmit_byte(now),
             Stage::ReleaseBus => {

@@ -64,13 +64,29 @@ pub enum Deafness {
     Busy,
 }
 
+/// What a servo's motor gets, 0..=2000, 1000 = off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MotorDrive {
+    /// The PWM on it.
+    pub pwm: u16,
+    /// The PWM of the same torque at rest: where a servo controls the current, the rest of the PWM
+    /// balances the back-EMF of a motor that turns, also of one without torque.
+    pub at_rest: u16,
+}
+
+impl From<u16> for MotorDrive {
+    fn from(pwm: u16) -> Self {
+        Self { pwm, at_rest: pwm }
+    }
+}
+
 /// External actions of a servo.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Action {
     /// Reads the converter's inputs.
     Convert,
     /// The PWM on the motor changes.
-    Pwm(u16),
+    Pwm(MotorDrive),
     /// Switches its bus driver off.
     Release,
     /// Switches its bus driver on and sends a byte, starting at `start_ns`.

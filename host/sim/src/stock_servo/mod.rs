@@ -247,7 +247,7 @@ impl Ax12a {
         let is_off = self.shut_down_for(alarms);
         let duty = if is_off { 0 } else { output.duty };
         let before = std::mem::replace(&mut self.pwm, pwm(duty));
-        (self.pwm != before).then_some(Action::Pwm(self.pwm))
+        (self.pwm != before).then_some(Action::Pwm(self.pwm.into()))
     }
 
     /// Switches torque off, if it is on, for those of these alarms that are in the

@@ -68,7 +68,7 @@ use armbridge_servo::protocol2::model::{Model, baud_rate};
 use armbridge_servo::protocol2::register as at;
 use armbridge_servo::protocol2::{PacketError, Protocol2};
 
-use super::morpheus_servo::{Action, Reading};
+use super::morpheus_servo::{Action, MotorDrive, Reading};
 use super::packet_receiver::PacketReceiver;
 use super::status_transmitter::Transmitter;
 use chain::Turn;
@@ -131,7 +131,7 @@ pub struct XServo {
     count: u16,
     /// Speed of the shaft at that count.
     counts_per_s: Option<f64>,
-    pwm: u16,
+    drive: MotorDrive,
     deaf_until_ns: u64,
     connected: bool,
 }
@@ -161,7 +161,7 @@ impl XServo {
             last_instruction_ns: 0,
             count: 0,
             counts_per_s: None,
-            pwm: OFF,
+            drive: OFF.into(),
             deaf_until_ns: 0,
             connected: true,
         };
@@ -193,7 +193,7 @@ impl XServo {
 
     /// PWM on the motor, 0..=2000, 1000 = off.
     pub fn pwm(&self) -> u16 {
-        self.pwm
+        self.drive.pwm
     }
 
     /// Whether a hardware error is set, as every status packet tells.
@@ -233,7 +233,7 @@ impl XServo {
     /// Power-cycles it: only EEPROM and temperature are retained.
     pub(crate) fn power_cycle(&mut self, at_ns: u64) {
         self.restart(at_ns);
-        self.pwm = OFF;
+        self.drive = OFF.into();
     }
 
     /// Starts it again. The motor is switched off with the next step.
@@ -292,7 +292,7 @@ impl XServo {
                 self.stage = Stage::Idle;
                 let phase_ns = (1 + u64::from(self.id())) * PHASE_NS % PERIOD_NS;
                 self.stage_end_ns = now_ns + BOOT_NS - PERIOD_NS - CONTROL_NS + phase_ns;
-                self.set_pwm(0)
+                self.set_pwm(Output::default())
             }
             Stage::Idle => {
                 self.stage = Stage::Running;
@@ -302,14 +302,14 @@ impl XServo {
             Stage::Running => {
                 self.stage = Stage::Idle;
                 self.stage_end_ns = now_ns + PERIOD_NS - CONTROL_NS;
-                let duty = self.duty(now_ns);
-                self.set_pwm(duty)
+                let output = self.output(now_ns);
+                self.set_pwm(output)
             }
         }
     }
 
     /// A control step, to the duty.
-    fn duty(&mut self, now_ns: u64) -> i16 {
+    fn output(&mut self, now_ns: u64) -> Output {
         let ticks = now_ns.saturating_sub(self.started_ns) / 1_000_000 % TICKS;
         self.memory.set_short(at::REALTIME_TICK, ticks as i16);
         self.watch_bus(now_ns);
@@ -323,16 +323,22 @@ impl XServo {
         if is_off {
             self.memory.set_byte(at::TORQUE_ENABLE, 0);
             self.memory.is_shut_down = true;
-            return Output::default().duty;
+            return Output::default();
         }
-        output.duty
+        output
     }
 
-    fn set_pwm(&mut self, duty: i16) -> Option<Action> {
-        let share = f64::from(duty) / f64::from(self.model.full_pwm);
-        let pwm = (f64::from(OFF) * (1.0 + share)).round() as u16;
-        let before = std::mem::replace(&mut self.pwm, pwm);
-        (pwm != before).then_some(Action::Pwm(pwm))
+    fn set_pwm(&mut self, output: Output) -> Option<Action> {
+        let pwm = |duty: i16| {
+            let share = f64::from(duty) / f64::from(self.model.full_pwm);
+            (f64::from(OFF) * (1.0 + share)).round() as u16
+        };
+        let drive = MotorDrive {
+            pwm: pwm(output.duty),
+            at_rest: pwm(output.at_rest),
+        };
+        let before = std::mem::replace(&mut self.drive, drive);
+        (drive != before).then_some(Action::Pwm(drive))
     }
 
     pub(crate) fn converted(&mut self, reading: Reading) {

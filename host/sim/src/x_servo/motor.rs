@@ -48,6 +48,8 @@ const POSITION_MODES: [OperatingMode; 3] = [
 pub(super) struct Output {
     /// Duty of the motor, positive towards higher counts of the encoder.
     pub(super) duty: i16,
+    /// Without what balances the back-EMF, where it controls the current.
+    pub(super) at_rest: i16,
     /// It is full duty.
     pub(super) is_full: bool,
 }
@@ -118,8 +120,18 @@ impl Motor {
         let duty = self.duty.round() as i16;
         self.update_registers(memory, speed, supply_v);
         let is_full = duty.unsigned_abs() >= self.model.full_pwm;
-        let duty = if memory.is_reverse() { -duty } else { duty };
-        Output { duty, is_full }
+        let is_by_current = memory.torque_on() && memory.has_mode(&[OperatingMode::Current]);
+        let at_rest = if is_by_current {
+            self.duty - self.duty_of_current(0.0, speed.shaft, supply_v)
+        } else {
+            self.duty
+        };
+        let sign = if memory.is_reverse() { -1 } else { 1 };
+        Output {
+            duty: sign * duty,
+            at_rest: sign * at_rest.round() as i16,
+            is_full,
+        }
     }
 
     /// Resets the turns: the position is within one.

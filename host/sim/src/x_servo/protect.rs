@@ -183,6 +183,7 @@ mod tests {
             let mut protection = Protection::new(model, specification);
             let full = Output {
                 duty: 885,
+                at_rest: 885,
                 is_full: false,
             };
             let seconds = (0..).take_while(|_| !protection.step(&mut memory, full, 0, 1.0));

@@ -9,7 +9,7 @@ mod safety;
 use armbridge_servo::protocol2::{Instruction, Parser, Status, StatusError, model};
 
 use super::XServo;
-use crate::half_duplex_bus::{Device, Mechanics, ReceivedByte, Wire};
+use crate::half_duplex_bus::{Device, Mechanics, MotorDrive, ReceivedByte, Wire};
 use crate::morpheus_servo::Reading;
 
 /// Longer than the answer to one servo, with the return delay from the factory, at 1 Mbaud.
@@ -47,7 +47,8 @@ impl Mechanics for Shafts {
         }
     }
 
-    fn drive(&mut self, servo: usize, at_ns: u64, pwm: u16) {
+    fn drive(&mut self, servo: usize, at_ns: u64, drive: MotorDrive) {
+        let pwm = drive.pwm;
         self.driven.push((servo, at_ns, pwm));
     }
 }

@@ -138,6 +138,14 @@ const fn current(a_per_count: f32, most_counts: u16, stall_nm: f32, stall_a: f32
 /// The model that a lab is likeliest to have, which the bench has where none is named.
 pub const XL430_W250: Model = model(1060, "XL430-W250", (11.1, 1.4, 57.0, 72), None);
 
+/// One that is strong enough to drive the paper's arm by current.
+pub const XM430_W210: Model = model(
+    1030,
+    "XM430-W210",
+    (12.0, 3.0, 77.0, 80),
+    Some(current(0.002_69, 1_193, 3.0, 2.3)),
+);
+
 /// The models, by number.
 pub const MODELS: [Model; 6] = [
     model(
@@ -146,12 +154,7 @@ pub const MODELS: [Model; 6] = [
         (12.0, 4.1, 46.0, 80),
         Some(current(0.002_69, 1_193, 4.1, 2.3)),
     ),
-    model(
-        1030,
-        "XM430-W210",
-        (12.0, 3.0, 77.0, 80),
-        Some(current(0.002_69, 1_193, 3.0, 2.3)),
-    ),
+    XM430_W210,
     XL430_W250,
     model(
         1190,

@@ -2,6 +2,7 @@
 //! its own, so that nothing else of the case changes.
 
 use armbridge_link::limits::hard;
+use armbridge_servo::ControlMode;
 
 use super::super::draw::Random;
 use super::super::set_up::Bus;
@@ -28,7 +29,8 @@ impl Case {
         }
     }
 
-    /// The same case with servos of the X series: bus and set-up are others, and nothing else.
+    /// The same case with servos of the X series, in every third driven by current: bus and set-up
+    /// are others, and nothing else.
     #[must_use]
     pub fn with_x_servos(self) -> Self {
         let mut draw = Random::new(self.seed ^ X_SEED);
@@ -38,9 +40,14 @@ impl Case {
         let buses: Vec<Bus> = Bus::of_x_servos().filter(can_do).collect();
         let bus = buses[pick(buses.len())];
         let set_ups = set_ups(&bus);
+        let set_up = set_ups[pick(set_ups.len())];
+        let mode = match pick(3) {
+            0 => ControlMode::Current,
+            _ => ControlMode::Pwm,
+        };
         Self {
-            bus,
-            set_up: set_ups[pick(set_ups.len())],
+            bus: Bus { mode, ..bus },
+            set_up,
             ..self
         }
     }

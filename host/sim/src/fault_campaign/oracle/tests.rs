@@ -13,10 +13,7 @@ use armbridge_servo::Firmware;
 fn case_of(kind: Kind, activity: Activity) -> Case {
     let index = Kind::ALL.iter().position(|other| *other == kind).unwrap();
     let case = Case::new(2 * index as u64);
-    let bus = Bus {
-        servos: Firmware::Morpheus,
-        baud: 1_000_000,
-    };
+    let bus = Bus::new(Firmware::Morpheus, 1_000_000);
     let injections = case.injections.iter().map(|injection| Injection {
         origin: Origin::Ready,
         after_us: 300_000,

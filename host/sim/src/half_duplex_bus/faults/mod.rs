@@ -174,7 +174,7 @@ fn set(servos: &mut Vec<usize>, servo: usize, on: bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::half_duplex_bus::{Device, Mechanics};
+    use crate::half_duplex_bus::{Device, Mechanics, MotorDrive};
     use crate::morpheus_servo::{Reading, Servo};
     use armbridge_servo::Pwm;
     use armbridge_servo::morpheus::{Request, ServoId};
@@ -189,7 +189,7 @@ mod tests {
             Reading::default()
         }
 
-        fn drive(&mut self, _servo: usize, _at_ns: u64, _pwm: u16) {}
+        fn drive(&mut self, _servo: usize, _at_ns: u64, _drive: MotorDrive) {}
     }
 
     /// Sends a packet and returns the bytes that the master receives within 2 ms.

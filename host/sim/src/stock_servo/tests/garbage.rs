@@ -6,7 +6,7 @@ use armbridge_servo::protocol1::{Frame, Instruction};
 use rand_distr::{Distribution, Uniform};
 use rand_pcg::Pcg32;
 
-use crate::half_duplex_bus::{Device, Mechanics, Wire};
+use crate::half_duplex_bus::{Device, Mechanics, MotorDrive, Wire};
 use crate::morpheus_servo::Reading;
 use crate::stock_servo::Ax12a;
 
@@ -31,7 +31,8 @@ impl Mechanics for Turning {
         }
     }
 
-    fn drive(&mut self, _servo: usize, _at_ns: u64, pwm: u16) {
+    fn drive(&mut self, _servo: usize, _at_ns: u64, drive: MotorDrive) {
+        let pwm = drive.pwm;
         self.largest_pwm = self.largest_pwm.max(pwm);
     }
 }

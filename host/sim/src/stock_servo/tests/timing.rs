@@ -5,7 +5,7 @@ use armbridge_servo::protocol1::Instruction;
 
 use super::{NOTHING, Rig};
 use crate::Bench;
-use crate::half_duplex_bus::{Mechanics, ReceivedByte, Record, Wire};
+use crate::half_duplex_bus::{Mechanics, MotorDrive, ReceivedByte, Record, Wire};
 use crate::morpheus_servo::Reading;
 use crate::plant::{Plant, PlantConfig};
 use crate::servo_kind::ServoKind;
@@ -172,7 +172,8 @@ impl Mechanics for Moving {
         }
     }
 
-    fn drive(&mut self, servo: usize, at_ns: u64, pwm: u16) {
+    fn drive(&mut self, servo: usize, at_ns: u64, drive: MotorDrive) {
+        let pwm = drive.pwm;
         self.drives.push((servo, at_ns, pwm));
     }
 }
