@@ -13,9 +13,10 @@
 //! away, and never for one that rests. It depends on the model's motion, not on the
 //! covariance of a fit.
 //!
-//! The error is measured less computed, root mean square of both joints, less noise of a
-//! count and rounding.
+//! The error is measured less computed, root mean square of both joints, less noise and
+//! rounding. It is close if it is at most a count of an AX-12A, 5.1 mrad.
 
+use armbridge_control::encoder::Encoder;
 use armbridge_link::message::{Drive, Record, Sample};
 use armbridge_servo::JOINTS;
 
@@ -31,8 +32,8 @@ const CORRECTIONS: usize = 4;
 /// Perturbation of the initial position, and distance at divergence, in counts.
 const PERTURBATION_COUNTS: f64 = 0.1;
 const DIVERGED_COUNTS: f64 = 1.0;
-/// Variance of a measured count: noise, and rounding.
-const NOISE: f64 = 1.0 + 1.0 / 12.0;
+/// Variance of rounding in counts squared.
+const ROUNDING: f64 = 1.0 / 12.0;
 
 /// A run, up to its divergence.
 #[derive(Clone, Copy, Debug)]
@@ -40,16 +41,15 @@ pub struct FreeRun {
     /// The tick of the log in which it begins.
     begin: usize,
     ticks: usize,
-    /// Sum of the squares of both joints' errors.
+    /// Sum of the squares of both joints' errors without noise, in counts of an AX-12A.
     squares: f64,
 }
 
 impl FreeRun {
-    /// Root mean square in counts, without the encoder's noise.
+    /// Root mean square in counts of an AX-12A, without the encoder's noise.
     fn rms(&self) -> f64 {
-        (self.squares / (JOINTS * self.ticks) as f64 - NOISE)
-            .max(0.0)
-            .sqrt()
+        let squares = self.squares / (JOINTS * self.ticks) as f64;
+        squares.max(0.0).sqrt()
     }
 }
 
@@ -58,9 +58,9 @@ impl FreeRun {
 pub struct Summary {
     /// Runs.
     pub runs: usize,
-    /// Runs with an error of at most a count.
+    /// Runs with an error of at most a count of an AX-12A.
     pub close: usize,
-    /// Root mean square in counts of all of their ticks.
+    /// Root mean square of all of their ticks, in counts of an AX-12A.
     pub rms: f64,
     /// Length in s: least, quartiles, most.
     lengths_s: [f64; 5],
@@ -102,14 +102,14 @@ impl core::fmt::Display for Summary {
     }
 }
 
-/// Free runs from the beginning of every experiment of a log; prints those with an error
-/// above a count.
-pub fn free_runs(model: &Model, log: &[Record]) -> Vec<FreeRun> {
+/// Free runs from the beginning of every experiment of a log, whose encoders have this noise in
+/// counts; prints those that are not close.
+pub fn free_runs(model: &Model, noise_counts: f64, log: &[Record]) -> Vec<FreeRun> {
     let is_one = |record: &Record| record.mode.drive() == Some(Drive::Experiment);
     let begins = (2 * BEFORE..log.len().saturating_sub(TICKS))
         .filter(|&tick| is_one(&log[tick]) && !is_one(&log[tick - 1]));
     let runs: Vec<FreeRun> = begins
-        .filter_map(|begin| free_run(model, log, begin))
+        .filter_map(|begin| free_run(model, noise_counts, log, begin))
         .collect();
     for run in runs.iter().filter(|run| run.rms() > 1.0) {
         let [at_s, lasts_s] = [run.begin, run.ticks].map(|ticks| ticks as f64 * 1e-3);
@@ -127,7 +127,7 @@ fn measured(log: &[Record], tick: usize) -> Option<[f64; JOINTS]> {
 }
 
 /// A free run; `None` if the log lacks a sample.
-fn free_run(model: &Model, log: &[Record], begin: usize) -> Option<FreeRun> {
+fn free_run(model: &Model, noise_counts: f64, log: &[Record], begin: usize) -> Option<FreeRun> {
     let start = start(model, log, begin)?;
     let settled = |start: [f64; JOINTS]| {
         let mut moving = model.at_rest(log, begin - BEFORE, start);
@@ -139,6 +139,8 @@ fn free_run(model: &Model, log: &[Record], begin: usize) -> Option<FreeRun> {
         start[joint] += counts;
         settled(start)
     };
+    let scale = model.rad_per_count() / Encoder::Ax12a.nominal_rad_per_count();
+    let noise = noise_counts.powi(2) + ROUNDING;
     let mut moving = settled(start);
     let mut others: Vec<Moving> = (0..JOINTS)
         .flat_map(|joint| {
@@ -160,7 +162,8 @@ fn free_run(model: &Model, log: &[Record], begin: usize) -> Option<FreeRun> {
             break;
         }
         let errors = measured(log, begin + run.ticks)?.into_iter().zip(counts);
-        run.squares += errors.map(|(is, own)| (is - own).powi(2)).sum::<f64>();
+        let squares = errors.map(|(is, own)| (is - own).powi(2) - noise);
+        run.squares += squares.sum::<f64>() * scale.powi(2);
         run.ticks += 1;
         moving.step();
         others.iter_mut().for_each(Moving::step);

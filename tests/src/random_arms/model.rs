@@ -9,6 +9,7 @@ use armbridge_servo::{JOINTS, Pwm};
 use armbridge_sim::plant::{Body, Friction, PlantConfig};
 use nalgebra::Vector2;
 
+use super::kind::Kind;
 use super::truth::truth;
 
 /// A tick in s, and in ns.
@@ -64,13 +65,13 @@ impl Model {
     }
 
     /// The true arm.
-    pub fn truth(config: &PlantConfig) -> Self {
+    pub fn truth(kind: Kind, config: &PlantConfig) -> Self {
         Self {
             arm: config.arm,
             joints: config.joints,
             friction: config.friction,
             dead_counts: config.dead_zone_counts.map(|counts| counts.map(f64::from)),
-            delay_s: core::array::from_fn(|joint| truth(config, joint, Quantity::Delay)),
+            delay_s: core::array::from_fn(|joint| truth(kind, config, joint, Quantity::Delay)),
             stops_rad: config.stops_rad,
         }
     }
@@ -93,6 +94,11 @@ impl Model {
             now_ns: 0,
             body: Body::new(self.arm, self.friction, self.stops_rad, initial),
         }
+    }
+
+    /// Angle of a count in rad.
+    pub fn rad_per_count(&self) -> f64 {
+        self.joints[0].rad_per_count
     }
 
     fn torque_nm(&self, joint: usize, pwm: u16) -> f64 {

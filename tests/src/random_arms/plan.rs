@@ -11,15 +11,19 @@ use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::{Cosim, CosimError};
 use armbridge_sim::plant::{Plant, PlantConfig};
 
-/// How a board works that performs the plan that ships.
-pub fn shipped() -> Setup {
-    load(None).settings.setup
+/// The set-up of a board that performs the plan that ships, and had this one before.
+pub fn shipped(setup: Setup) -> Setup {
+    load(setup).settings.setup
 }
 
-/// The plan that ships, for a board with these settings.
-fn load(board: Option<&Settings>) -> Scenario {
+/// The plan that ships, for a board with this set-up.
+fn load(setup: Setup) -> Scenario {
+    let board = Settings {
+        setup,
+        ..Settings::default()
+    };
     let overrides = Overrides {
-        board: board.copied(),
+        board: Some(board),
         ..Overrides::default()
     };
     Scenario::load("identify", &overrides).unwrap()
@@ -28,9 +32,12 @@ fn load(board: Option<&Settings>) -> Scenario {
 /// Records of a board with this set-up that performs the plan that ships, within the limits of the
 /// plan.
 pub fn perform(setup: Setup, config: &PlantConfig, seed: u64) -> Vec<Record> {
-    let limits = load(None).settings.limits;
-    let settings = Settings { setup, limits };
-    let mut plan = load(Some(&settings)).plan;
+    let scenario = load(setup);
+    let settings = Settings {
+        setup,
+        limits: scenario.settings.limits,
+    };
+    let mut plan = scenario.plan;
     plan.begin = InitialSettings::Fixed(Box::new(settings));
     let mut channels = Channels::new();
     let board = VirtualBoard::new(channels.split()).unwrap();

@@ -7,14 +7,9 @@ use armbridge_link::message::Setup;
 use armbridge_servo::JOINTS;
 use armbridge_sim::plant::PlantConfig;
 
-/// From the sample behind a tick's angle to the moment at which a servo applies the PWM
-/// of that tick, in s, on average over the 158 000 ticks of the default plan on the bench
-/// whose PWM is another than before: from the servo's conversion to the step of its control
-/// that puts the PWM on the motor. It does either once in 0.89 ms, so that a tick's time may
-/// be off by half of that.
-const BUS_S: [f64; JOINTS] = [0.756e-3, 0.679e-3];
+use super::kind::Kind;
 
-/// Prior of an arm: the paper's, but with the true lengths and weight of link 2, as by ruler
+/// Prior of an arm: the nominal one, but with the true lengths and weight of link 2, as by ruler
 /// and scale, and with encoder zeros to three counts, as by calibration.
 pub fn prior_setup(config: &PlantConfig, setup: Setup) -> Setup {
     let mut prior = setup;
@@ -29,6 +24,15 @@ pub fn prior_setup(config: &PlantConfig, setup: Setup) -> Setup {
         servo.zero_count = truth.zero_count as f32 + 3.0;
     }
     prior
+}
+
+/// Set-up of a board that has the arm and the servos, but not the friction.
+pub fn nominal_setup(config: &PlantConfig) -> Setup {
+    Setup {
+        friction_nm: [0.0; JOINTS],
+        friction_load_percent: [0; JOINTS],
+        ..true_setup(config, Setup::default())
+    }
 }
 
 /// Set-up of a board with the true parameters.
@@ -51,11 +55,11 @@ pub fn true_setup(config: &PlantConfig, setup: Setup) -> Setup {
 }
 
 /// True value of a parameter.
-pub fn truth(config: &PlantConfig, joint: usize, quantity: Quantity) -> f64 {
+pub fn truth(kind: Kind, config: &PlantConfig, joint: usize, quantity: Quantity) -> f64 {
     match quantity {
         Quantity::DeadBelow => config.dead_zone_counts[joint][0].into(),
         Quantity::DeadAbove => config.dead_zone_counts[joint][1].into(),
-        Quantity::Delay => config.input_delay_ns[joint] as f64 * 1e-9 + BUS_S[joint],
+        Quantity::Delay => config.input_delay_ns[joint] as f64 * 1e-9 + kind.bus_s()[joint],
         Quantity::Inertia
         | Quantity::Gravity
         | Quantity::Viscous

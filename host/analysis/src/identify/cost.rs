@@ -78,6 +78,18 @@ impl WindowFit {
         self.squares <= limit_counts2 * self.count as f64
     }
 
+    /// Sum of the squared residuals, and weight of its derivatives: an outlier's grows by its
+    /// logarithm only.
+    pub(super) fn weighted_squares(&self, limit_counts2: f64) -> (f64, f64) {
+        let limit = limit_counts2 * self.count as f64;
+        if self.squares > limit {
+            let ratio = self.squares / limit;
+            (limit * (1.0 + ratio.ln()), 1.0 / ratio)
+        } else {
+            (self.squares, 1.0)
+        }
+    }
+
     /// Root mean square of the residuals in counts.
     pub(super) fn rms_counts(&self) -> f64 {
         (self.squares / self.count as f64).sqrt()
@@ -251,15 +263,7 @@ fn window_cost(
     window_fit.step_start(&equations);
     window_fit.start_sensitivity = Some((*coordinates, equations.start_sensitivity));
     (window_fit.squares, window_fit.count) = (equations.squares, equations.count);
-    let limit = outlier_limit_counts2 * equations.count as f64;
-    let (squares, weight) = if equations.squares > limit {
-        (
-            limit * (1.0 + (equations.squares / limit).ln()),
-            limit / equations.squares,
-        )
-    } else {
-        (equations.squares, 1.0)
-    };
+    let (squares, weight) = window_fit.weighted_squares(outlier_limit_counts2);
     let gradient = equations.gradient * weight;
     Cost {
         squares,

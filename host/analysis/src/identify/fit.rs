@@ -9,10 +9,11 @@ use super::cost::{BLOCK, INITIAL_STATES};
 use super::dataset::Trace;
 use super::fit_result::FitResult;
 use super::initial_guess::{InitialGuessError, initial_guess};
+use super::load::LoadEstimate;
 use super::prior::Prior;
 use super::quantity::{COUNT, Quantity};
 use super::search::{ErrorModel, Search};
-use super::stage::Stage;
+use super::stage::{LOSS_MARGIN, Stage};
 use super::stiction::StaticFrictionFit;
 
 /// Longest windows of each stage, in ticks: in short ones a wrong parameter leads less far
@@ -20,6 +21,9 @@ use super::stiction::StaticFrictionFit;
 const STAGES: [usize; 3] = [400, 1_000, 1_000];
 /// Initial variance of a residual, in counts squared: noise of a count, rounded.
 const VARIANCE_COUNTS2: f64 = 1.0 + 1.0 / 12.0;
+/// Initial guess of the friction in N m per N m that the gears transmit, where there is any: that of
+/// an XL330 (`armbridge identify pendulum`).
+const TYPICAL_LOAD: f64 = 0.17;
 /// Standard deviations of a window's mean square beyond which it is an outlier.
 const OUTLIER_SIGMAS: f64 = 4.0;
 
@@ -61,16 +65,13 @@ pub(super) fn fit(
             },
         };
         let is_last = number + 1 == STAGES.len();
-        let mut search = stage.search(result.coordinates).minimise();
         if number == 0 {
-            // With hardly a window of a free arm, linear least squares begins far off.
-            let from_prior = stage.search(prior.mean).minimise_briefly();
-            if from_prior.loss() < search.loss() {
-                search = from_prior;
-            }
+            result.begin(&stage);
+            continue;
         }
+        let mut search = stage.search(result.coordinates).minimise();
         if number == 1 || (is_last && result.has_friction_form()) {
-            let dead_zones = stage.fit_dead_zones(search.coordinates());
+            let dead_zones = stage.fit_dead_zones(search.coordinates(), is_last);
             ambiguity = dead_zones.ambiguity;
             search = stage.search(dead_zones.coordinates).minimise();
         }
@@ -97,6 +98,37 @@ pub(super) fn fit(
 }
 
 impl FitResult {
+    /// The first stage: of several initial guesses, the one that explains the logs best.
+    fn begin(&mut self, stage: &Stage<'_>) {
+        let linear = stage.search(self.coordinates).minimise();
+        // With hardly a window of a free arm, linear least squares begins far off.
+        let from_prior = stage.search(stage.prior.mean).minimise_briefly();
+        let without_load = if from_prior.loss() < linear.loss() {
+            from_prior
+        } else {
+            linear
+        };
+        // Friction that grows with the load is no small addition: without it gains and dry friction
+        // go far astray.
+        let known = KnownParameters {
+            load: [TYPICAL_LOAD; JOINTS],
+            ..*stage.known
+        };
+        let loaded = Stage {
+            known: &known,
+            window_fits: stage.window_fits.clone(),
+            ..*stage
+        };
+        let with_load = loaded.search(without_load.coordinates()).minimise();
+        if with_load.loss() + LOSS_MARGIN < without_load.loss() {
+            self.load = [Some(LoadEstimate::guess(TYPICAL_LOAD)); JOINTS];
+            self.update(&with_load, stage.prior);
+            (0..JOINTS).for_each(|joint| self.refit_load(stage, joint));
+        } else {
+            self.update(&without_load, stage.prior);
+        }
+    }
+
     /// Ends the last stage: fits the forms of dry friction of both joints, then all parameters
     /// again, and the uncertainty of edges where there is no dead zone.
     fn finish(&mut self, stage: &Stage<'_>, search: Search<'_>) {

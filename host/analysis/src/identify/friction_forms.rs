@@ -10,7 +10,7 @@ use nalgebra::SMatrix;
 use super::arm::KnownParameters;
 use super::checks;
 use super::fit_result::FitResult;
-use super::load::fit_load;
+use super::load::{LoadEstimate, fit_load};
 use super::quantity::{COUNT, PER_JOINT};
 use super::stage::Stage;
 use super::stribeck::fit_stribeck;
@@ -21,22 +21,31 @@ use super::stribeck_curve::StribeckCurve;
 pub(super) enum FrictionForm {
     /// Dry friction falls with speed.
     Stribeck(StribeckCurve),
-    /// Dry friction grows with the torque on the gears: the ratio of the two, in N m per N m.
-    Load(f64),
+    /// Dry friction grows with the torque on the gears.
+    Load(LoadEstimate),
 }
 
 /// Number of forms.
 const FORMS: usize = 2;
 
 impl FitResult {
-    /// Selects the forms of a joint's dry friction, and fits them.
+    /// Selects the forms of a joint's dry friction, and fits them; keeps the load of the initial
+    /// guess only if it is significant.
     pub(super) fn select_friction(&mut self, stage: &Stage<'_>, joint: usize) {
+        self.refit_load(stage, joint);
         for _ in 0..FORMS {
             let known = stage.known.with_friction(self);
             let form = checks::friction_candidate(self, stage.traces, &known, joint);
             if form.is_none_or(|form| self.fit_form(stage, joint, form).is_none()) {
                 break;
             }
+        }
+    }
+
+    /// Fits a joint's load again, if it has one; without one if it is not significant.
+    pub(super) fn refit_load(&mut self, stage: &Stage<'_>, joint: usize) {
+        if let Some(load) = self.load[joint] {
+            self.fit_form(stage, joint, FrictionForm::Load(load));
         }
     }
 
@@ -60,7 +69,7 @@ impl FitResult {
         };
         let mut added = [SMatrix::zeros(); FORMS];
         for _ in 0..rounds {
-            let load = self.load[joint].map(|load| FrictionForm::Load(load.load));
+            let load = self.load[joint].map(FrictionForm::Load);
             let curve = self.stribeck[joint].map(|curve| FrictionForm::Stribeck(curve.curve()));
             for (form, added) in [load, curve].into_iter().zip(&mut added) {
                 let covariance = form.and_then(|form| self.fit_form(stage, joint, form));

@@ -11,7 +11,7 @@
 use armbridge_sim::plant::Friction;
 use serde::Serialize;
 
-use super::profile::{FormFit, Point, Profile, SIGNIFICANT_SIGMAS, STEPS, TOLERANCE};
+use super::profile::{FormFit, Point, Profile, SIGNIFICANT_SIGMAS};
 use super::quantity::COUNT;
 use super::stage::Stage;
 
@@ -24,17 +24,34 @@ pub struct LoadEstimate {
     pub error: f64,
 }
 
-/// Step for finite differences.
-const STEP: f64 = 0.01;
-/// Longest Newton step.
-const STEP_MAX: f64 = 0.1;
+impl LoadEstimate {
+    /// An initial guess.
+    pub(super) const fn guess(load: f64) -> Self {
+        Self {
+            load,
+            error: f64::INFINITY,
+        }
+    }
+}
+
+/// Initial distance between the points, unless the guess has a standard error.
+const HALF_WIDTH: f64 = 0.02;
+/// Largest rise of the loss from the middle to the outer points at the end: three standard errors.
+const RISE_MAX: f64 = 9.0;
+/// Rise at which the distance aims.
+const RISE: f64 = 4.0;
+/// Most steps.
+const STEPS: usize = 16;
 
 /// Fits the load friction of a joint; `None` if it is not identifiable.
+///
+/// The loss is evaluated at three points, which move downhill until the least is in the middle, and
+/// then approach each other until the loss between them is a parabola.
 pub(super) fn fit_load(
     stage: &Stage<'_>,
-    mut coordinates: [f64; COUNT],
+    coordinates: [f64; COUNT],
     joint: usize,
-    initial: f64,
+    initial: LoadEstimate,
 ) -> Option<FormFit<LoadEstimate>> {
     let profile = Profile::new(stage, joint);
     let evaluate = |load: f64, coordinates: [f64; COUNT]| -> Point {
@@ -42,35 +59,43 @@ pub(super) fn fit_load(
         known.load[joint] = load;
         profile.evaluate(&known, coordinates)
     };
-    let mut load = initial;
+    let mut half = HALF_WIDTH.min(RISE.sqrt() * initial.error);
+    let mut load = initial.load.clamp(half, Friction::LOAD_MAX - half);
+    let around = |load: f64, half: f64, coordinates: [f64; COUNT]| -> [Point; 3] {
+        let middle = evaluate(load, coordinates);
+        let [below, above] = [-half, half].map(|step| evaluate(load + step, middle.coordinates));
+        [below, middle, above]
+    };
+    let [mut below, mut middle, mut above] = around(load, half, coordinates);
     for _ in 0..STEPS {
-        load = load.clamp(STEP, Friction::LOAD_MAX - STEP);
-        let (loss, fitted) = evaluate(load, coordinates);
-        coordinates = fitted;
-        let [above, below] = [STEP, -STEP].map(|step| evaluate(load + step, coordinates));
-        let gradient = (above.0 - below.0) / (2.0 * STEP);
-        let curvature = (above.0 + below.0 - 2.0 * loss) / (STEP * STEP);
-        // Without a minimum near by: downhill.
-        let newton = if curvature > 0.0 {
-            -gradient / curvature
-        } else {
-            -gradient.signum() * STEP_MAX
-        };
-        let step = newton.clamp(-STEP_MAX, STEP_MAX);
-        load += step;
-        // Predicted reduction of the loss: the last step needs no evaluation of its own.
-        let reduction = -0.5 * gradient * step;
-        if curvature <= 0.0 || reduction > TOLERANCE {
-            coordinates = if above.0 < below.0 { above.1 } else { below.1 };
+        if below.loss < middle.loss.min(above.loss) {
+            load -= half;
+            let next = evaluate(load - half, below.coordinates);
+            [below, middle, above] = [next, below, middle];
             continue;
         }
-        // The loss is twice the negative logarithm of the likelihood.
-        let variance = 2.0 / curvature;
-        let sensitivity = profile.sensitivity(&above, &below, 2.0 * STEP);
+        if above.loss < middle.loss {
+            load += half;
+            let next = evaluate(load + half, above.coordinates);
+            [below, middle, above] = [middle, above, next];
+            continue;
+        }
+        let gradient = (above.loss - below.loss) / (2.0 * half);
+        let curvature = (above.loss + below.loss - 2.0 * middle.loss) / (half * half);
+        let step = -gradient / curvature;
+        load += step;
+        let rise = 0.5 * curvature * half * half;
+        if rise > RISE_MAX {
+            half *= (RISE / rise).sqrt().clamp(0.1, 0.5);
+            [below, middle, above] = around(load, half, middle.coordinates);
+            continue;
+        }
+        let sensitivity = profile.sensitivity(&above, &below, 2.0 * half);
+        let variance = Profile::variance(curvature, &above, &below, 2.0 * half);
         let error = variance.sqrt();
         return (load > SIGNIFICANT_SIGMAS * error).then(|| FormFit {
             estimate: LoadEstimate { load, error },
-            own_coordinates: profile.own_coordinates(&coordinates, &(sensitivity * step)),
+            own_coordinates: profile.own_coordinates(&middle.coordinates, &(sensitivity * step)),
             covariance: sensitivity * sensitivity.transpose() * variance,
         });
     }

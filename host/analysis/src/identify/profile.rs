@@ -27,8 +27,14 @@ pub(super) struct FormFit<E> {
     pub(super) covariance: SMatrix<f64, COUNT, COUNT>,
 }
 
-/// Loss, and the coordinates fitted there.
-pub(super) type Point = (f64, [f64; COUNT]);
+/// A point of the profile.
+pub(super) struct Point {
+    pub(super) loss: f64,
+    /// The coordinates fitted there.
+    pub(super) coordinates: [f64; COUNT],
+    /// Part of each window in the loss.
+    window_losses: Vec<f64>,
+}
 
 /// See the [module](self).
 pub(super) struct Profile<'a> {
@@ -56,7 +62,23 @@ impl<'a> Profile<'a> {
         };
         let search = stage.search_in(self.window_fits.clone(), coordinates);
         let search = search.minimise_briefly();
-        (search.loss(), search.coordinates())
+        Point {
+            loss: search.loss(),
+            coordinates: search.coordinates(),
+            window_losses: search.window_losses(),
+        }
+    }
+
+    /// Variance of a parameter of the form with this second derivative of the loss, from points so
+    /// far apart: that of noise, increased where the windows' derivatives scatter more than noise
+    /// does.
+    pub(super) fn variance(curvature: f64, above: &Point, below: &Point, distance: f64) -> f64 {
+        // The loss is twice the negative logarithm of the likelihood.
+        let information = 0.5 * curvature;
+        let differences = above.window_losses.iter().zip(&below.window_losses);
+        let scores = differences.map(|(above, below)| 0.5 * (above - below) / distance);
+        let scatter: f64 = scores.map(|score| score * score).sum();
+        (scatter / information.powi(2)).max(1.0 / information)
     }
 
     /// What is known without the form.
@@ -73,7 +95,7 @@ impl<'a> Profile<'a> {
     ) -> SVector<f64, COUNT> {
         SVector::from_fn(|i, _| {
             if i / PER_JOINT == self.joint {
-                (above.1[i] - below.1[i]) / distance
+                (above.coordinates[i] - below.coordinates[i]) / distance
             } else {
                 0.0
             }

@@ -113,6 +113,18 @@ impl<'a> Search<'a> {
         self.cost.squares / self.errors.variance_counts2 + prior_terms.sum::<f64>()
     }
 
+    /// Part of each window in it.
+    pub(super) fn window_losses(&self) -> Vec<f64> {
+        let ErrorModel {
+            variance_counts2,
+            outlier_limit_counts2,
+        } = self.errors;
+        let windows = self.window_fits.iter();
+        windows
+            .map(|fit| fit.weighted_squares(outlier_limit_counts2).0 / variance_counts2)
+            .collect()
+    }
+
     /// Information matrix of logs and prior, the inverse of the covariance.
     pub(super) fn information(&self) -> SMatrix<f64, COUNT, COUNT> {
         let prior = SVector::from(self.prior.deviation).map(|deviation: f64| deviation.powi(-2));

@@ -15,10 +15,13 @@ use super::prior::Prior;
 use super::quantity::{COUNT, PER_JOINT, Quantity};
 use super::search::{ErrorModel, Search};
 
-/// Loss by which a larger dead zone must beat a smaller one, and by which an absent dead
+/// Loss by which a larger dead zone must beat a smaller one at least, and by which an absent dead
 /// zone is detected: the square of [`LOSS_SIGMAS`].
-const LOSS_MARGIN: f64 = 9.0;
-/// The same in standard deviations.
+pub(super) const LOSS_MARGIN: f64 = 9.0;
+/// Standard deviations of the difference by which a dead zone must beat none: one in ten does by
+/// chance.
+const DIFFERENCE_SIGMAS: f64 = 1.28;
+/// [`LOSS_MARGIN`] in standard deviations.
 const LOSS_SIGMAS: f64 = 3.0;
 /// Edge of no dead zone: on the wrong side of neutral.
 const NO_DEAD_ZONE_COUNTS: f64 = -2.0;
@@ -84,8 +87,14 @@ impl<'a> Stage<'a> {
     }
 
     /// Fits each edge of a dead zone from several initial guesses, in windows of its own
-    /// joint: the other joint's motion has no information on it.
-    pub(super) fn fit_dead_zones(&self, mut coordinates: [f64; COUNT]) -> DeadZoneFit {
+    /// joint: the other joint's motion has no information on it. Once the forms of friction are
+    /// known, `by_chance` also leaves out a dead zone that beats none by chance: before, what the
+    /// model lacks differs as much between windows.
+    pub(super) fn fit_dead_zones(
+        &self,
+        mut coordinates: [f64; COUNT],
+        by_chance: bool,
+    ) -> DeadZoneFit {
         let mut ambiguity = [0.0; COUNT];
         for edge in Quantity::dead_zone_edges() {
             let joint = edge / PER_JOINT;
@@ -98,7 +107,7 @@ impl<'a> Stage<'a> {
             };
             let mut searches = vec![from(None)];
             searches.extend(INITIAL_EDGES_COUNTS.map(|counts| from(Some(counts))));
-            let (best, range) = smallest_dead_zone(edge, searches);
+            let (best, range) = smallest_dead_zone(edge, searches, by_chance);
             ambiguity[edge] = range;
             let parameters = joint * PER_JOINT..(joint + 1) * PER_JOINT;
             coordinates[parameters.clone()].copy_from_slice(&best[parameters]);
@@ -125,16 +134,41 @@ impl<'a> Stage<'a> {
 
 /// Result of the search with the smallest dead zone, among searches that differ in this
 /// edge and explain the logs as well as the best; and half of the range of their edges.
-fn smallest_dead_zone(edge: usize, mut searches: Vec<Search<'_>>) -> ([f64; COUNT], f64) {
+fn smallest_dead_zone(
+    edge: usize,
+    mut searches: Vec<Search<'_>>,
+    by_chance: bool,
+) -> ([f64; COUNT], f64) {
     searches.sort_by(|a, b| a.loss().total_cmp(&b.loss()));
-    let limit = searches[0].loss() + LOSS_MARGIN;
-    let as_good = searches.iter().take_while(|search| search.loss() <= limit);
-    let edges: Vec<f64> = as_good
-        .map(|search| search.coordinates()[edge].max(0.0))
+    let (best, best_windows) = (searches[0].loss(), searches[0].window_losses());
+    let is_as_good = |search: &&Search<'_>| {
+        let is_none = search.coordinates()[edge] <= 0.0;
+        let chance = if by_chance && is_none {
+            DIFFERENCE_SIGMAS * deviation_of_sum(&search.window_losses(), &best_windows)
+        } else {
+            0.0
+        };
+        search.loss() - best <= LOSS_MARGIN.max(chance)
+    };
+    let as_good: Vec<(f64, [f64; COUNT])> = searches
+        .iter()
+        .filter(is_as_good)
+        .map(|search| (search.coordinates()[edge].max(0.0), search.coordinates()))
         .collect();
-    let sizes = edges.iter().enumerate();
-    let smallest = sizes.min_by(|a, b| a.1.total_cmp(b.1));
-    let (index, least) = smallest.map_or((0, 0.0), |(index, least)| (index, *least));
-    let range = edges.iter().map(|edge| edge - least).fold(0.0, f64::max) / 2.0;
-    (searches[index].coordinates(), range)
+    let smallest = as_good.iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    let (least, coordinates) = smallest.map_or((0.0, searches[0].coordinates()), |it| *it);
+    let edges = as_good.iter().map(|(edge, _)| edge - least);
+    (coordinates, edges.fold(0.0, f64::max) / 2.0)
+}
+
+/// Standard deviation of the difference of two losses, from how much it differs from window to
+/// window: where a servo's time drifts against the ticks, residuals are more alike than noise is.
+fn deviation_of_sum(losses: &[f64], others: &[f64]) -> f64 {
+    let count = losses.len() as f64;
+    let differences = || losses.iter().zip(others).map(|(loss, other)| loss - other);
+    let mean = differences().sum::<f64>() / count;
+    let squares: f64 = differences()
+        .map(|difference| (difference - mean).powi(2))
+        .sum();
+    (squares * count / (count - 1.0)).sqrt()
 }

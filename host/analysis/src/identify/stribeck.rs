@@ -62,11 +62,13 @@ pub(super) fn fit_stribeck(
     let mut logarithms = Vector2::new(initial.drop_nm, initial.speed_rad_s).map(f64::ln);
     let [e1, e2] = [Vector2::x(), Vector2::y()].map(|e| e * STEP);
     for _ in 0..STEPS {
-        let (loss, fitted) = evaluate(logarithms, coordinates);
-        coordinates = fitted;
+        let middle = evaluate(logarithms, coordinates);
+        let loss = middle.loss;
+        coordinates = middle.coordinates;
         let sides = [e1, -e1, e2, -e2, e1 + e2, -e1 - e2];
         let neighbours = sides.map(|side| evaluate(logarithms + side, coordinates));
-        let [right, left, up, down, one, two] = neighbours.map(|neighbour| neighbour.0);
+        let [right, left, up, down, one, two] =
+            neighbours.each_ref().map(|neighbour| neighbour.loss);
         let gradient = Vector2::new(right - left, up - down) / (2.0 * STEP);
         let square = STEP * STEP;
         let by_drop = (right + left - 2.0 * loss) / square;
@@ -77,12 +79,12 @@ pub(super) fn fit_stribeck(
         // Without a minimum near by: steepest descent.
         let newton = inverse.map_or(gradient * -1e6, |inverse| -(inverse * gradient));
         let step = newton * (STEP_MAX / newton.norm()).min(1.0);
-        let best = neighbours.iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        let best = neighbours.iter().min_by(|a, b| a.loss.total_cmp(&b.loss));
         logarithms += step;
         // Predicted reduction of the loss: the last step needs no evaluation of its own.
         let reduction = -0.5 * gradient.dot(&step);
         if inverse.is_none() || reduction > TOLERANCE {
-            coordinates = best.map_or(coordinates, |best| best.1);
+            coordinates = best.map_or(coordinates, |best| best.coordinates);
             continue;
         }
         // The loss is twice the negative logarithm of the likelihood.

@@ -2,7 +2,6 @@
 
 use armbridge_board::bridge::MemoryRegion;
 use armbridge_servo::JOINTS;
-use armbridge_servo::protocol2::model::XL430_W250;
 
 use super::driver::HostFault;
 use super::fixture::{Fixture, THIRD};
@@ -229,10 +228,11 @@ impl Fixture<'_> {
         let has = |is_of: fn(Kind) -> bool| self.case.injections.iter().any(|it| is_of(it.kind));
         let has_master = has(|kind| kind.has_client() || kind == Kind::SecondMaster);
         let has_damage = has(|kind| matches!(kind, Kind::Bytes(BusDirection::ToServos, _)));
+        let model = self.case.plant().x_servo;
         for (servo, kind) in self.kinds.iter().enumerate().take(JOINTS) {
             let address = |device: &Device| (device.id(), device.bit_ns());
             let now = self.cosim.bench.servos().get(servo).map(address);
-            let is_changed = now != Some(address(&kind.build(&XL430_W250)));
+            let is_changed = now != Some(address(&kind.build(model)));
             if has_master || (has_damage && is_changed) {
                 self.cosim.bench.replace(servo, *kind);
             }

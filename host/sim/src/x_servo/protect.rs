@@ -107,7 +107,7 @@ impl Protection {
         now_ns: u64,
         period_s: f64,
     ) -> bool {
-        self.heat(output.duty, period_s);
+        self.heat(output.at_rest, period_s);
         let temperature = self.temperature_c.round().clamp(0.0, 255.0);
         memory.set_byte(at::PRESENT_TEMPERATURE, temperature as u8);
         memory.set_short(at::PRESENT_VOLTAGE, self.supply_decivolt.into());
@@ -139,8 +139,8 @@ impl Protection {
         active.fold(0, |errors, (_, error)| errors | error)
     }
 
-    fn heat(&mut self, duty: i16, period_s: f64) {
-        let share = f64::from(duty) / self.full_pwm;
+    fn heat(&mut self, at_rest: i16, period_s: f64) {
+        let share = f64::from(at_rest) / self.full_pwm;
         let cooling = (self.temperature_c - AIR_C) / COOLING_S;
         let own_c_per_s = self.stall_c_per_s * share * share - cooling;
         self.temperature_c += (own_c_per_s + self.external_c_per_s) * period_s;

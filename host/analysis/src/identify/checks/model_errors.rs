@@ -12,6 +12,7 @@ use super::super::arm::{JointModel, KnownParameters};
 use super::super::dataset::Trace;
 use super::super::fit_result::FitResult;
 use super::super::friction_forms::FrictionForm;
+use super::super::load::LoadEstimate;
 use super::super::quantity::Quantity;
 use super::super::stribeck_curve::StribeckCurve;
 use super::rollout::Rollout;
@@ -111,7 +112,11 @@ pub(super) fn friction_candidate(
         });
     let (load_squares, load) = equations.fit_with(LOAD);
     let load_nm = load * equations.peak[LOAD];
-    let load = (load_squares, load_nm, FrictionForm::Load(load));
+    let load = (
+        load_squares,
+        load_nm,
+        FrictionForm::Load(LoadEstimate::guess(load)),
+    );
     let candidates = stribeck.chain([load]).filter(|(_, _, form)| match form {
         FrictionForm::Stribeck(_) => known.stribeck[joint].is_none(),
         FrictionForm::Load(_) => known.load[joint] == 0.0,

@@ -38,7 +38,9 @@ pub(super) struct Block {
     pub(super) sensitivity: Vector2<f64>,
 }
 
-/// Rolls out a window of a smoothed trace, its initial state fitted to its first ticks.
+/// Rolls out a window of a smoothed trace, its initial state fitted to its first ticks: by
+/// Gauss-Newton steps, each of them halved until the residuals fall. A standing arm amplifies an error of
+/// the initial state a hundredfold within a long window, and reversals make the motion nonlinear in it.
 pub(in super::super) fn rollout(
     window: &Window,
     trace: &Trace,
@@ -46,30 +48,40 @@ pub(in super::super) fn rollout(
     coordinates: &[f64; COUNT],
     fitted_ticks: usize,
 ) -> Rollout {
-    /// The motion is nearly linear in the initial state.
-    const ITERATIONS: usize = 3;
+    /// Most Gauss-Newton steps, and halvings of one.
+    const STEPS: usize = 20;
+    const HALVINGS: i32 = 8;
+    /// Relative reduction of the squares at convergence.
+    const TOLERANCE: f64 = 1e-6;
+    let from = |initial_state| simulate(window, trace, known, coordinates, initial_state);
     let mut initial_state = Vector2::from(trace.states[window.first][window.joint]);
-    let mut normal = Matrix2::zeros();
-    let mut rolled = simulate(window, trace, known, coordinates, initial_state);
-    for _ in 0..ITERATIONS {
-        let ticks = rolled
-            .sensitivities
-            .iter()
-            .zip(&rolled.residuals)
-            .take(fitted_ticks);
-        let mut gradient = Vector2::zeros();
-        normal = Matrix2::zeros();
-        for (sensitivity, residual) in ticks.filter(|(_, residual)| residual.is_finite()) {
-            normal += sensitivity * sensitivity.transpose();
-            gradient += sensitivity * *residual;
-        }
-        let Some(step) = normal.try_inverse().map(|inverse| inverse * gradient) else {
+    let mut rolled = from(initial_state);
+    let mut equations = rolled.normal_equations(fitted_ticks);
+    for _ in 0..STEPS {
+        let Some(inverse) = equations.matrix.try_inverse() else {
             break;
         };
-        initial_state += step;
-        rolled = simulate(window, trace, known, coordinates, initial_state);
+        let step = inverse * equations.gradient;
+        let shorter = (0..HALVINGS).map(|halvings| {
+            let state = initial_state + step * 0.5_f64.powi(halvings);
+            let rolled = from(state);
+            let equations = rolled.normal_equations(fitted_ticks);
+            (state, rolled, equations)
+        });
+        let squares = equations.squares;
+        let mut better = shorter.filter(|(_, _, equations)| equations.squares < squares);
+        let Some(next) = better.next() else {
+            break;
+        };
+        (initial_state, rolled, equations) = next;
+        if equations.squares > squares * (1.0 - TOLERANCE) {
+            break;
+        }
     }
-    let covariance = normal.try_inverse().unwrap_or_else(Matrix2::zeros);
+    let covariance = equations
+        .matrix
+        .try_inverse()
+        .unwrap_or_else(Matrix2::zeros);
     let deviation = |sensitivity: &Vector2<f64>| {
         (sensitivity.transpose() * covariance * sensitivity)[0]
             .max(0.0)
@@ -77,6 +89,13 @@ pub(in super::super) fn rollout(
     };
     rolled.deviation = rolled.sensitivities.iter().map(deviation).collect();
     rolled
+}
+
+/// Normal equations of the initial state, and the sum of the squared residuals.
+struct NormalEquations {
+    matrix: Matrix2<f64>,
+    gradient: Vector2<f64>,
+    squares: f64,
 }
 
 fn simulate(
@@ -120,6 +139,22 @@ fn simulate(
 }
 
 impl Rollout {
+    /// Of the first ticks.
+    fn normal_equations(&self, ticks: usize) -> NormalEquations {
+        let mut equations = NormalEquations {
+            matrix: Matrix2::zeros(),
+            gradient: Vector2::zeros(),
+            squares: 0.0,
+        };
+        let ticks = self.sensitivities.iter().zip(&self.residuals).take(ticks);
+        for (sensitivity, residual) in ticks.filter(|(_, residual)| residual.is_finite()) {
+            equations.matrix += sensitivity * sensitivity.transpose();
+            equations.gradient += sensitivity * *residual;
+            equations.squares += residual * residual;
+        }
+        equations
+    }
+
     /// Root mean square of the residuals of a range of ticks, in counts.
     pub fn rms(&self, part: core::ops::Range<usize>) -> f64 {
         let residuals = self.residuals[part]

@@ -8,12 +8,12 @@ use super::super::dataset::Trace;
 
 /// Ticks on either side of one in the line fit that detects a rest.
 const HALF_WIDTH: usize = 60;
-/// Speed of this fit in rad/s below which a joint counts as resting: 5 standard deviations
-/// with noise of a count.
-const RESTS_RAD_S: f64 = 0.07;
-/// Speed in rad/s of a smoothed trace above which a joint counts as sliding: 5 standard
+/// Speed of this fit in counts a second below which a joint counts as resting: 5 standard
+/// deviations with noise of a count.
+const RESTS_COUNTS_S: f64 = 13.7;
+/// Speed of a smoothed trace in counts a second above which a joint counts as sliding: 5 standard
 /// deviations as well.
-const SLIDES_RAD_S: f64 = 0.25;
+const SLIDES_COUNTS_S: f64 = 48.9;
 /// Shortest rest in ticks.
 const REST_MIN: usize = 100;
 /// Largest change of a slow PWM from tick to tick, in counts.
@@ -32,12 +32,12 @@ pub(super) struct Rest {
 
 /// All rests of a joint that end in sliding.
 pub(super) fn rests(trace: &Trace, known: &KnownParameters, joint: usize) -> Vec<Rest> {
-    let scale = (known.rad_per_count[joint] / known.period_s).abs();
     let is_at_rest = |tick: usize| {
         let line = trace.fit_line(joint, tick, HALF_WIDTH);
-        line.is_some_and(|[_, rate]| (rate * scale).abs() < RESTS_RAD_S)
+        line.is_some_and(|[_, rate]| rate.abs() < RESTS_COUNTS_S * known.period_s)
     };
-    let slides = |tick: usize| trace.states[tick][joint][1].abs() > SLIDES_RAD_S;
+    let slides_rad_s = SLIDES_COUNTS_S * known.rad_per_count[joint].abs();
+    let slides = |tick: usize| trace.states[tick][joint][1].abs() > slides_rad_s;
     let mut rests = Vec::new();
     let mut since: Option<usize> = None;
     for tick in 1..trace.states.len().saturating_sub(SLIDING_TICKS) {
