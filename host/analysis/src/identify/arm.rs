@@ -200,15 +200,10 @@ impl<D: DualNum<Primitive = f64> + Copy> JointModel<D> {
         }
     }
 
-    /// Whether dry friction grows with the load on the gears.
-    pub(super) fn has_load(&self) -> bool {
-        self.load != 0.0
-    }
-
     /// Magnitude of the dry friction of the load on the gears in N m, under this torque of the
     /// motor; `other` is the other joint's angle and speed.
     pub(super) fn load_friction(&self, q: D, v: D, other: [f64; 2], motor: D) -> D {
-        if !self.has_load() {
+        if self.load == 0.0 {
             return D::from(0.0);
         }
         self.gear_torque(q, v, other, motor) * self.load

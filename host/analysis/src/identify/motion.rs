@@ -2,7 +2,7 @@
 //!
 //! Second-order Runge-Kutta at the tick's period, which is a hundredth of the fastest
 //! time constant. Within a tick the PWM changes once, when the delay has passed: the
-//! joint feels the mean torque of both, and the mean friction of the load that either is. Angle and speed of the other joint are those of its encoder: they
+//! joint feels the mean. Angle and speed of the other joint are those of its encoder: they
 //! enter through cosines and products that hardly change.
 //!
 //! Dry friction reverses when the joint does: at the moment, within the tick, of zero speed.
@@ -31,13 +31,6 @@ pub(super) struct Motion<'a, D> {
     v: D,
     /// The last PWM in effect, and its torque.
     last: Option<(u16, D)>,
-}
-
-/// Torque of a motor within a tick in N m.
-struct MotorTorque<D> {
-    mean: D,
-    /// Before and after the PWM's change, if it changes.
-    parts: Option<[D; 2]>,
 }
 
 impl<'a, D: DualNum<Primitive = f64> + Copy> Motion<'a, D> {
@@ -70,8 +63,8 @@ impl<'a, D: DualNum<Primitive = f64> + Copy> Motion<'a, D> {
         self.joint.position(self.q)
     }
 
-    /// Motor torque from tick `k` to the next.
-    fn motor_torque(&mut self, k: usize) -> MotorTorque<D> {
+    /// Mean motor torque in N m from tick `k` to the next.
+    fn motor_torque(&mut self, k: usize) -> D {
         let delayed = k as i64 - self.delay_ticks;
         let [before, after] =
             [delayed - 1, delayed].map(|tick| self.trace.pwm_at(tick, self.index));
@@ -82,30 +75,11 @@ impl<'a, D: DualNum<Primitive = f64> + Copy> Motion<'a, D> {
         let first = torque(before);
         if before == after {
             self.last = Some((after, first));
-            return MotorTorque {
-                mean: first,
-                parts: None,
-            };
+            return first;
         }
         let second = torque(after);
         self.last = Some((after, second));
-        MotorTorque {
-            mean: second + (first - second) * self.delay_fraction,
-            parts: Some([first, second]),
-        }
-    }
-
-    /// Mean dry friction in N m of the load on the gears under a motor torque; `other` is the other
-    /// joint's angle and speed.
-    fn load_friction(&self, q: D, v: D, other: [f64; 2], motor: &MotorTorque<D>) -> D {
-        let friction = |torque: D| self.joint.load_friction(q, v, other, torque);
-        match motor.parts {
-            Some([first, second]) if self.joint.has_load() => {
-                let [first, second] = [friction(first), friction(second)];
-                second + (first - second) * self.delay_fraction
-            }
-            Some(_) | None => friction(motor.mean),
-        }
+        second + (first - second) * self.delay_fraction
     }
 
     /// Applied torque in N m in a direction from tick `k` to the next, less the dry friction of
@@ -113,8 +87,8 @@ impl<'a, D: DualNum<Primitive = f64> + Copy> Motion<'a, D> {
     pub(super) fn breakaway_torque(&mut self, k: usize, direction: f64) -> D {
         let other = self.trace.states[k][1 - self.index];
         let motor = self.motor_torque(k);
-        let applied = motor.mean + self.joint.passive_dynamics(self.q, self.v, other).0;
-        applied * direction - self.load_friction(self.q, self.v, other, &motor)
+        let applied = motor + self.joint.passive_dynamics(self.q, self.v, other).0;
+        applied * direction - self.joint.load_friction(self.q, self.v, other, motor)
     }
 
     /// Direction of sliding: towards larger (1) or smaller (-1) angles, or at rest (0).
@@ -127,10 +101,10 @@ impl<'a, D: DualNum<Primitive = f64> + Copy> Motion<'a, D> {
         let motor = self.motor_torque(k);
         let other = self.trace.states[k][1 - self.index];
         let period = D::from(self.period_s);
-        if self.direction == 0.0 && !self.breaks_away(&motor, other) {
+        if self.direction == 0.0 && !self.breaks_away(motor, other) {
             return;
         }
-        let next = self.integrate(&motor, other, period);
+        let next = self.integrate(motor, other, period);
         if next[1].re() * self.direction >= 0.0 {
             [self.q, self.v] = next;
             return;
@@ -144,27 +118,27 @@ impl<'a, D: DualNum<Primitive = f64> + Copy> Motion<'a, D> {
         };
         self.q += self.v * until * 0.5;
         self.v = D::from(0.0);
-        if self.breaks_away(&motor, other) {
-            [self.q, self.v] = self.integrate(&motor, other, period - until);
+        if self.breaks_away(motor, other) {
+            [self.q, self.v] = self.integrate(motor, other, period - until);
         }
     }
 
     /// Whether the applied torque on a resting joint exceeds its dry friction; sets the
     /// direction in which it slides from here on.
-    fn breaks_away(&mut self, motor: &MotorTorque<D>, other: [f64; 2]) -> bool {
-        let applied = (self.joint.passive_dynamics(self.q, self.v, other).0 + motor.mean).re();
-        let load = self.load_friction(self.q, self.v, other, motor);
+    fn breaks_away(&mut self, motor: D, other: [f64; 2]) -> bool {
+        let applied = (self.joint.passive_dynamics(self.q, self.v, other).0 + motor).re();
+        let load = self.joint.load_friction(self.q, self.v, other, motor);
         let slides = applied.abs() > (self.joint.dry_friction(D::from(0.0)) + load).re();
         self.direction = if slides { applied.signum() } else { 0.0 };
         slides
     }
 
     /// Angle and speed after sliding for a time.
-    fn integrate(&self, motor: &MotorTorque<D>, other: [f64; 2], period: D) -> [D; 2] {
+    fn integrate(&self, motor: D, other: [f64; 2], period: D) -> [D; 2] {
         let acceleration = |q: D, v: D| {
             let (passive, inertia) = self.joint.passive_dynamics(q, v, other);
-            let load = self.load_friction(q, v, other, motor);
-            (passive + motor.mean - (self.joint.dry_friction(v) + load) * self.direction) / inertia
+            let load = self.joint.load_friction(q, v, other, motor);
+            (passive + motor - (self.joint.dry_friction(v) + load) * self.direction) / inertia
         };
         let half = period * 0.5;
         let first = acceleration(self.q, self.v);
