@@ -26,7 +26,7 @@ use crate::plan_runner::plan::{Base, Change, InitialSettings, Plan, Stop};
 #[derive(Debug)]
 pub(super) enum Wrong {
     File(Mistake),
-    Set(String),
+    Option(&'static str, String),
 }
 
 impl Wrong {
@@ -34,7 +34,7 @@ impl Wrong {
     pub(super) fn located(self, locate: impl FnOnce(Mistake) -> DocumentError) -> ScenarioError {
         match self {
             Self::File(mistake) => locate(mistake).into(),
-            Self::Set(message) => ScenarioError::Set(message),
+            Self::Option(option, message) => ScenarioError::Option { option, message },
         }
     }
 }
@@ -121,8 +121,8 @@ pub(super) fn settings(
     change.groups.push(overrides.set.clone());
     let settings = change
         .apply(&board)
-        .map_err(|error| Wrong::Set(error.to_string()))?;
-    params::check(&settings).map_err(|error| Wrong::Set(error.to_string()))?;
+        .map_err(|error| Wrong::Option("--set", error.to_string()))?;
+    params::check(&settings).map_err(|error| Wrong::Option("--set", error.to_string()))?;
     Ok((change, settings))
 }
 
@@ -194,7 +194,7 @@ pub(super) fn bench(
     keys: &BenchKeys,
     folder: Option<&Path>,
     overrides: &Overrides,
-) -> Result<BenchSpec, Mistake> {
+) -> Result<BenchSpec, Wrong> {
     let place = KeyPath::top("bench");
     let initial_rad = keys
         .initial_rad
@@ -204,7 +204,7 @@ pub(super) fn bench(
         (Some(file), ..) => file.config(initial_rad),
         (None, Some(_), Some(_)) => {
             let message = "a scenario has one arm: `plant_file` or `[bench.plant]`";
-            return Err(Mistake::new(place.at("plant_file"), message));
+            return Err(Mistake::new(place.at("plant_file"), message).into());
         }
         (None, Some(name), None) => {
             let at = place.at("plant_file");
@@ -213,7 +213,7 @@ pub(super) fn bench(
         }
         (None, None, Some(file)) => match file.conflict() {
             Some(KeyConflict { key, message }) => {
-                return Err(Mistake::new(place.at("plant").key(&key), message));
+                return Err(Mistake::new(place.at("plant").key(&key), message).into());
             }
             None => file.config(initial_rad),
         },
@@ -231,18 +231,21 @@ pub(super) fn bench(
         ServoName::Stock => Firmware::Stock,
         ServoName::X => Firmware::XSeries,
     };
-    let firmwares = keys
-        .servos
-        .map_or([plant.firmware(); JOINTS], |names| names.map(firmware));
-    let baud = keys.baud.unwrap_or(1_000_000);
+    let firmwares = keys.servos.map(|names| names.map(firmware));
+    let firmwares = overrides.firmware.or(firmwares);
+    let firmwares = firmwares.unwrap_or([plant.firmware(); JOINTS]);
+    let baud = overrides.servo_baud.or(keys.baud).unwrap_or(1_000_000);
     let servos = SERVO_IDS.iter().zip(firmwares);
     let servos = servos.map(|(id, firmware)| ServoKind::new(firmware, id.get(), baud));
     let servos: Result<Vec<ServoKind>, _> = servos.collect();
-    let servos = servos.map_err(|error| Mistake::new(place.at("baud"), error))?;
+    let servos = servos.map_err(|error| match overrides.servo_baud {
+        Some(_) => Wrong::Option("--servo-baud", error.to_string()),
+        None => Mistake::new(place.at("baud"), error).into(),
+    })?;
     Ok(BenchSpec {
         plant,
         seed: overrides.seed.or(keys.seed).unwrap_or(1),
-        servos: overrides.servos.clone().unwrap_or(servos),
+        servos,
     })
 }
 

@@ -76,7 +76,7 @@ use armbridge_client::params;
 use armbridge_client::toml_file::{self, DocumentError};
 use armbridge_link::message::{Fault, Settings};
 use armbridge_log::run_info::RunFacts;
-use armbridge_servo::JOINTS;
+use armbridge_servo::{Firmware, JOINTS};
 use armbridge_sim::Bench;
 use armbridge_sim::plant::{Plant, PlantConfig, PlantFile};
 use armbridge_sim::servo_kind::ServoKind;
@@ -149,8 +149,11 @@ pub struct Overrides {
     pub plant: Option<PlantFile>,
     /// Whether the bench's arm has dry friction.
     pub friction: Option<bool>,
-    /// The bench's servos.
-    pub servos: Option<Vec<ServoKind>>,
+    /// Firmware of the bench's servos instead of the scenario's, or of those whose encoders the arm
+    /// has.
+    pub firmware: Option<[Firmware; JOINTS]>,
+    /// Baud rate stored in them.
+    pub servo_baud: Option<u32>,
     /// Settings of the board; `None` for the defaults.
     pub board: Option<Settings>,
     /// Speed of a motion, relative to that of its file.
@@ -229,9 +232,14 @@ pub enum ScenarioError {
     /// The file cannot be read or contains a mistake.
     #[error(transparent)]
     File(#[from] DocumentError),
-    /// A parameter from the command line is not permitted.
-    #[error("--set: {0}")]
-    Set(String),
+    /// An option of the command line has a value that is not permitted.
+    #[error("{option}: {message}")]
+    Option {
+        /// The option.
+        option: &'static str,
+        /// Why it is not.
+        message: String,
+    },
 }
 
 /// Text of a scenario: read once, and parsed with any overrides.

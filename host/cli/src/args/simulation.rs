@@ -1,7 +1,7 @@
 //! The simulated arm and its servos.
 
 use armbridge_board::bridge::SERVO_IDS;
-use armbridge_servo::Firmware;
+use armbridge_servo::{Firmware, JOINTS};
 use armbridge_sim::servo_kind;
 use armbridge_sim::servo_kind::{KindError, ServoKind};
 use clap::Args;
@@ -61,28 +61,25 @@ impl VirtualServoArgs {
     /// The servos, with the ids that the board looks for; `own` is the firmware of those whose
     /// encoders the arm has.
     pub(crate) fn kinds(&self, own: Firmware) -> Result<Vec<ServoKind>, VirtualServoError> {
-        if self.firmware.len() > SERVO_IDS.len() {
-            return Err(VirtualServoError::Count(self.firmware.len()));
-        }
-        let baud = self.servo_baud.unwrap_or(1_000_000);
-        let firmware = |joint: usize| match self.firmware.as_slice() {
-            [] => own,
-            each => each[joint % each.len()],
-        };
-        let servos = SERVO_IDS.iter().enumerate();
+        let firmware = self.firmware()?.unwrap_or([own; JOINTS]);
+        let baud = self.baud().unwrap_or(1_000_000);
+        let servos = SERVO_IDS.iter().zip(firmware);
         servos
-            .map(|(joint, id)| Ok(ServoKind::new(firmware(joint), id.get(), baud)?))
+            .map(|(id, firmware)| Ok(ServoKind::new(firmware, id.get(), baud)?))
             .collect()
     }
 
-    /// The servos, if one of the options is given.
-    pub(crate) fn requested(
-        &self,
-        own: Firmware,
-    ) -> Result<Option<Vec<ServoKind>>, VirtualServoError> {
-        if self.firmware.is_empty() && self.servo_baud.is_none() {
-            return Ok(None);
+    /// Firmware of the servos, if the option is given.
+    pub(crate) fn firmware(&self) -> Result<Option<[Firmware; JOINTS]>, VirtualServoError> {
+        match self.firmware.as_slice() {
+            [] => Ok(None),
+            each if each.len() > JOINTS => Err(VirtualServoError::Count(each.len())),
+            each => Ok(Some(core::array::from_fn(|joint| each[joint % each.len()]))),
         }
-        self.kinds(own).map(Some)
+    }
+
+    /// Baud rate of the servos, if the option is given.
+    pub(crate) fn baud(&self) -> Option<u32> {
+        self.servo_baud
     }
 }

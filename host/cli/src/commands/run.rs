@@ -14,7 +14,6 @@ use armbridge_client::toml_file::keys;
 use armbridge_client::transport::LinkUri;
 use armbridge_client::{ctrl_c, stdio};
 use armbridge_sim::link::{BoardUri, drive};
-use armbridge_sim::plant::INITIAL_RAD;
 use clap::Args;
 use serde_json::json;
 
@@ -114,15 +113,13 @@ pub(crate) struct SimulatedArgs {
 impl RunArgs {
     fn overrides(&self, config: &Config) -> Result<Overrides, Error> {
         let simulated = &self.simulated;
-        let overrides = self.overrides.overrides(&simulated.arm, config)?;
-        let plant = overrides.plant.map(|plant| plant.config(INITIAL_RAD));
-        let own = plant.unwrap_or_default().firmware();
         Ok(Overrides {
             seed: simulated.seed,
-            servos: simulated.servos.requested(own)?,
+            firmware: simulated.servos.firmware()?,
+            servo_baud: simulated.servos.baud(),
             speed: self.speed,
             repeats: self.repeat,
-            ..overrides
+            ..self.overrides.overrides(&simulated.arm, config)?
         })
     }
 }

@@ -63,8 +63,7 @@ pub(super) fn scenario(
     }
     let base = overrides.control.unwrap_or(Base::Compensated);
     let (change, settings) = check::settings(base, &[], overrides).map_err(located)?;
-    let bench = check::bench(&BenchKeys::default(), None, overrides);
-    let bench = bench.map_err(|mistake| located(mistake.into()))?;
+    let bench = check::bench(&BenchKeys::default(), None, overrides).map_err(located)?;
 
     let path = Path::new(&samples, &settings);
     let line_of = |at_s: f64| Path::sample(&samples, at_s).byte;
