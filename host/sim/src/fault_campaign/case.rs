@@ -45,8 +45,8 @@ const SLOWEST_BAUD: u32 = 57_600;
 /// no slot for it for a second.
 const POLL_US: u64 = 1_500_000;
 const POLL_TICKS: u64 = 70;
-/// Servos that are driven by current: strong enough for the paper's arm, whose back-EMF and dry friction
-/// they have beside its own.
+/// Servos that are driven by current: strong enough for the paper's arm, to whose viscous friction
+/// their back-EMF adds.
 const BY_CURRENT: &Model = &model::XM430_W210;
 /// Distance in rad of obstacles from where the arm begins.
 const OBSTACLE_RAD: f64 = 0.05;
@@ -190,16 +190,17 @@ impl Case {
 
     /// Calibration of the servos, as the board has it.
     fn joints(&self) -> [Joint<f32>; JOINTS] {
-        let x_series = Joint::x_series();
-        let joint = match (self.servos(), self.bus.mode, BY_CURRENT.current) {
-            (Firmware::Morpheus | Firmware::Stock, ..) => return Setup::default().joints,
-            (Firmware::XSeries, ControlMode::Current, Some(current)) => Joint {
-                gain_counts_per_nm: current.counts_per_nm(),
-                ..x_series
-            },
-            (Firmware::XSeries, ..) => x_series,
+        let own = match Encoder::of(self.servos()) {
+            Encoder::Ax12a => Setup::default().joints,
+            Encoder::XSeries => [Joint::x_series(); JOINTS],
         };
-        [joint; JOINTS]
+        match (self.bus.mode, BY_CURRENT.current) {
+            (ControlMode::Current, Some(current)) => own.map(|joint| Joint {
+                gain_counts_per_nm: current.counts_per_nm(),
+                ..joint
+            }),
+            (ControlMode::Current, None) | (ControlMode::Pwm, _) => own,
+        }
     }
 
     /// Parameters of the board that are right for the arm.
