@@ -9,7 +9,6 @@ use armbridge_control::estimate::{Config, Tuning};
 use armbridge_link::message::{Controller, Setup};
 use armbridge_servo::JOINTS;
 use armbridge_sim::plant::{PlantConfig, PlantFile};
-use armbridge_tests::random_arms::truth::true_setup;
 
 /// Seeds of the encoders' noise.
 const SEEDS: [u64; 5] = [1, 2, 3, 4, 5];
@@ -37,7 +36,7 @@ fn setup(coulomb_nm: f32, load_percent: u8, estimator: Option<Config<f32>>) -> S
         friction_nm: [coulomb_nm; JOINTS],
         friction_load_percent: [load_percent; JOINTS],
         estimator: estimator.unwrap_or(Config::Kalman(tuning)),
-        ..true_setup(&arm(), Setup::best())
+        ..arm().board_setup(Setup::best())
     }
 }
 

@@ -4,7 +4,6 @@ use armbridge_analysis::plan_runner::Script;
 use armbridge_link::message::{Command, Mode, Setup};
 use armbridge_sim::plant::PlantConfig;
 
-use crate::random_arms::truth::true_setup;
 use crate::{plant, records, sinusoid};
 
 /// Length of one run, in s: its records fit into 100 MB.
@@ -52,7 +51,7 @@ impl Arm {
     fn known(self, setup: Setup) -> Setup {
         match self.seed {
             0 => setup,
-            _ => true_setup(&self.plant(), setup),
+            _ => self.plant().board_setup(setup),
         }
     }
 }

@@ -2,11 +2,11 @@
 
 use armbridge_control::actuator::Joint;
 use armbridge_link::message::Setup;
-use armbridge_servo::JOINTS;
+use armbridge_servo::{Firmware, JOINTS};
+use armbridge_sim::environment::fast::Delays;
 use armbridge_sim::plant::{PlantConfig, PlantFile};
 
 use super::plan;
-use super::truth::nominal_setup;
 
 /// Relative spread of the drawn parameters.
 const SPREAD: f64 = 0.4;
@@ -52,7 +52,11 @@ impl Kind {
 
     /// Set-up of a board before identification, as the plan has it.
     pub fn setup(self) -> Setup {
-        plan::shipped(nominal_setup(&self.nominal()))
+        plan::shipped(Setup {
+            friction_nm: [0.0; JOINTS],
+            friction_load_percent: [0; JOINTS],
+            ..self.nominal().board_setup(Setup::default())
+        })
     }
 
     /// From the sample behind a tick's angle to the moment at which a servo applies the PWM of
@@ -64,8 +68,7 @@ impl Kind {
             // the motor. It does either once in 0.89 ms, so that a tick's time may be off by half
             // of that.
             Self::Ax12a => [0.756e-3, 0.679e-3],
-            // Of `armbridge_sim::environment`: measured on the exact board.
-            Self::Xl430 => [0.835e-3; JOINTS],
+            Self::Xl430 => [Delays::of(Firmware::XSeries).total_us() as f64 * 1e-6; JOINTS],
         }
     }
 }

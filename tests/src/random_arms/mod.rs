@@ -28,7 +28,7 @@ use crate::computed_torque;
 use free_run::{FreeRun, Summary, free_runs};
 use kind::Kind;
 use model::Model;
-use truth::{prior_setup, true_setup, truth};
+use truth::{prior_setup, truth};
 
 /// Standard errors of a 95 % interval.
 const INTERVAL: f64 = 1.96;
@@ -310,7 +310,7 @@ pub fn compare_control(arms: &[Arm]) -> [f64; 2] {
             };
             let [identified, truth] = [
                 error(arm.with_estimates(setup)),
-                error(true_setup(&arm.config, setup)),
+                error(arm.config.board_setup(setup)),
             ];
             println!(
                 "arm {}, {name}: {identified:.2} mrad for {truth:.2}",

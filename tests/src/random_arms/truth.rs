@@ -1,10 +1,8 @@
 //! The prior of an arm, and its true parameters.
 
 use armbridge_analysis::identify::Quantity;
-use armbridge_control::actuator::Joint;
 use armbridge_control::arm::Parameters;
 use armbridge_link::message::Setup;
-use armbridge_servo::JOINTS;
 use armbridge_sim::plant::PlantConfig;
 
 use super::kind::Kind;
@@ -26,34 +24,6 @@ pub fn prior_setup(config: &PlantConfig, setup: Setup) -> Setup {
     prior
 }
 
-/// Set-up of a board that has the arm and the servos, but not the friction.
-pub fn nominal_setup(config: &PlantConfig) -> Setup {
-    Setup {
-        friction_nm: [0.0; JOINTS],
-        friction_load_percent: [0; JOINTS],
-        ..true_setup(config, Setup::default())
-    }
-}
-
-/// Set-up of a board with the true parameters.
-pub fn true_setup(config: &PlantConfig, setup: Setup) -> Setup {
-    Setup {
-        arm: config.arm.map(|number| number as f32),
-        joints: config.joints.map(|joint| Joint {
-            zero_count: joint.zero_count as f32,
-            rad_per_count: joint.rad_per_count as f32,
-            direction: joint.direction,
-            gain_counts_per_nm: joint.gain_counts_per_nm as f32,
-            offset_counts: joint.offset_counts as f32,
-        }),
-        friction_nm: config.friction.map(|friction| friction.coulomb_nm as f32),
-        friction_load_percent: config
-            .friction
-            .map(|friction| (friction.load * 100.0).round() as u8),
-        ..setup
-    }
-}
-
 /// True value of a parameter.
 pub fn truth(kind: Kind, config: &PlantConfig, joint: usize, quantity: Quantity) -> f64 {
     match quantity {
@@ -66,6 +36,6 @@ pub fn truth(kind: Kind, config: &PlantConfig, joint: usize, quantity: Quantity)
         | Quantity::Coulomb
         | Quantity::Gain
         | Quantity::Offset
-        | Quantity::Zero => quantity.nominal(&true_setup(config, Setup::default()), joint),
+        | Quantity::Zero => quantity.nominal(&config.board_setup(Setup::default()), joint),
     }
 }

@@ -9,7 +9,6 @@ use armbridge_sim::plant::{Plant, PlantConfig, PlantFile};
 
 use super::rig::{World, bench, with_rig};
 use crate::calibrations;
-use crate::random_arms::truth::true_setup;
 
 /// The arm of two XL330 that ships.
 pub fn xl330(initial_rad: [f64; JOINTS]) -> PlantConfig {
@@ -24,7 +23,7 @@ pub fn xl330_bench(arm: &PlantConfig) -> Bench {
 /// Its parameters, for commands of this kind.
 pub fn xl330_setup(mode: ControlMode) -> Setup {
     let arm = xl330([0.0; JOINTS]);
-    let mut setup = true_setup(&arm, Setup::best());
+    let mut setup = arm.board_setup(Setup::best());
     setup.control_mode = mode;
     if mode == ControlMode::Current {
         let current = arm.x_servo.current.unwrap();

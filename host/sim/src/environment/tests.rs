@@ -1,6 +1,5 @@
 //! Tests of the fast board against the exact one.
 
-use armbridge_control::actuator::Joint;
 use armbridge_control::arm::State;
 use armbridge_link::message::{Command, Sample, Settings, Setup};
 use armbridge_servo::{Firmware, JOINTS};
@@ -20,16 +19,11 @@ fn settings() -> Settings {
 
 /// Settings of a board that knows the arm and its servos.
 fn settings_for(plant: &PlantConfig) -> Settings {
-    let mut settings = settings();
-    settings.setup.arm = plant.arm.map(|number| number as f32);
-    settings.setup.joints = plant.joints.map(|joint| Joint {
-        zero_count: joint.zero_count as f32,
-        rad_per_count: joint.rad_per_count as f32,
-        direction: joint.direction,
-        gain_counts_per_nm: joint.gain_counts_per_nm as f32,
-        offset_counts: joint.offset_counts as f32,
-    });
-    settings
+    let settings = settings();
+    Settings {
+        setup: plant.board_setup(settings.setup),
+        ..settings
+    }
 }
 
 fn plant(start_rad: [f64; JOINTS]) -> PlantConfig {

@@ -5,7 +5,7 @@ use core::f64::consts::FRAC_PI_2;
 use armbridge_control::actuator::Joint;
 use armbridge_control::arm::{Parameters, State};
 use armbridge_control::encoder::Encoder;
-use armbridge_link::message::Settings;
+use armbridge_link::message::{Settings, Setup};
 use armbridge_servo::protocol2::model::{self, Model};
 use armbridge_servo::{ControlMode, Firmware, JOINTS, Pwm};
 use nalgebra::Vector2;
@@ -129,6 +129,26 @@ impl PlantConfig {
             return plant.driven_by_duty(model.unwrap_or(plant.x_servo));
         }
         plant
+    }
+
+    /// This set-up of a board that knows the arm, its servos and its friction.
+    #[must_use]
+    pub fn board_setup(&self, setup: Setup) -> Setup {
+        Setup {
+            arm: self.arm.map(|number| number as f32),
+            joints: self.joints.map(|joint| Joint {
+                zero_count: joint.zero_count as f32,
+                rad_per_count: joint.rad_per_count as f32,
+                direction: joint.direction,
+                gain_counts_per_nm: joint.gain_counts_per_nm as f32,
+                offset_counts: joint.offset_counts as f32,
+            }),
+            friction_nm: self.friction.map(|friction| friction.coulomb_nm as f32),
+            friction_load_percent: self
+                .friction
+                .map(|friction| (friction.load * 100.0).round() as u8),
+            ..setup
+        }
     }
 
     /// With servos of this model, which turns a command into a duty by itself; their motors have its
