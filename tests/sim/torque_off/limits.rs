@@ -1,7 +1,7 @@
 //! Limits of angle and temperature: a driven arm that is beyond one is off.
 
 use armbridge_link::limits::hard;
-use armbridge_link::message::{Command, Fault, Limits, Mode, Setup};
+use armbridge_link::message::{Command, Fault, Limits, Mode, Refusal, Setup};
 use armbridge_servo::{Firmware, JOINTS};
 use armbridge_sim::faults::sensor::SensorFault;
 use armbridge_sim::plant::{PlantConfig, Push};
@@ -97,8 +97,8 @@ fn a_driven_servo_that_gets_hot_ends_the_drive() {
         temperature_c: 60,
         ..Limits::default()
     };
-    // At 1 kHz the bus has no time for the temperature of a stock or X servo, which has an alarm for
-    // it.
+    // At 1 kHz the bus has no time for the temperature of a stock servo, and every 3 s for that of an X servo;
+    // both have an alarm for it.
     let arms = [
         (Firmware::Morpheus, 1_000),
         (Firmware::Morpheus, 10_000),
@@ -134,7 +134,46 @@ fn a_driven_servo_that_gets_hot_ends_the_drive() {
     });
 }
 
-/// At 1 kHz its temperature is not read: the alert in its replies is the guard.
+/// A servo out of reach has no temperature that could come down; the fault is cleared to search for it, and the
+/// arm stays disarmed until a reading is within the limit.
+#[test]
+fn a_hot_servo_that_is_out_of_reach_can_be_searched_for_and_not_armed() {
+    run_cases([0, 1], |&joint| {
+        let arm = bench(&PlantConfig::default(), Firmware::XSeries);
+        with_rig(World::Bench, arm, |rig| {
+            rig.prepare();
+            stand(rig, Firmware::XSeries, 2_000, Limits::default());
+            let set_celsius = |rig: &mut Rig<'_>, celsius| {
+                let servo = rig.cosim.bench.servo_mut(joint).x_series_mut();
+                servo.expect("an X servo").set_temperature(celsius);
+            };
+            set_celsius(rig, 71.0);
+            rig.until("a fault", 2_000_000, |rig| {
+                rig.fault() == Some(Fault::Temperature)
+            });
+            rig.pass_ms(500);
+            let is_hot = Err(Refusal::Hot { joint: joint as u8 });
+            let in_reach = rig.command(Command::ClearFault);
+            rig.cosim.bench.deafen(joint, true);
+            rig.pass_ms(100);
+            let out_of_reach = rig.command(Command::ClearFault);
+            rig.cosim.bench.deafen(joint, false);
+            rig.until("idle", 5_000_000, |rig| rig.mode() == Some(Mode::Idle));
+            let session = rig.host().session();
+            let still_hot = rig.command(Command::Arm { session });
+            set_celsius(rig, 40.0);
+            rig.pass_ms(POLLED_MS);
+            rig.prepare();
+            let cool = rig.command(Command::Arm { session });
+            let answers = [in_reach, out_of_reach, still_hot, cool];
+            check(answers == [is_hot, Ok(()), is_hot, Ok(())], || {
+                format!("{answers:?}")
+            })
+        })
+    });
+}
+
+/// At 1 kHz its temperature is read every 3 s: the alert in its replies is the guard.
 #[test]
 fn an_x_servo_that_is_hot_at_1_khz_ends_the_drive_by_its_own_alert() {
     run_cases([0, 1], |&joint| {

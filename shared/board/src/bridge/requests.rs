@@ -145,12 +145,14 @@ impl<B: Bus> Bridge<'_, B> {
     }
 
     /// The joint whose servo is too hot to be armed or, after a fault of its temperature, to
-    /// clear that.
+    /// clear that. A servo out of reach has no present temperature, and a cleared fault is what searches
+    /// for it; the arm is not armed before it has been read again.
     fn hot_joint(&self) -> Option<u8> {
         let (firmware, limits) = (self.sequencer.firmware(), self.core.config().limits());
         match self.core.cause() {
             Some(trip) if trip.fault == Fault::Temperature => {
-                self.temperatures.uncooled_joint(firmware, limits)
+                let joint = self.temperatures.uncooled_joint(firmware, limits);
+                joint.filter(|joint| !self.sequencer.is_out_of_reach((*joint).into()))
             }
             Some(_) | None => self.temperatures.hot_joint(firmware, limits),
         }

@@ -296,6 +296,12 @@ impl ForceOff {
         self.joints.iter().all(|evidence| evidence.is_off())
     }
 
+    /// Whether the servo of this joint has been silent for [`SILENT_TICKS`].
+    pub(super) fn is_out_of_reach(&self, joint: usize) -> bool {
+        let silent = self.silent_ticks.get(joint);
+        silent.is_some_and(|ticks| *ticks >= SILENT_TICKS)
+    }
+
     /// Whether the stop has concluded: each motor is confirmed off, or the host has a
     /// report that one is not.
     pub(super) fn is_settled(&self) -> bool {

@@ -195,6 +195,11 @@ impl<B: Bus> BusSequencer<B> {
         self.off.is_settled()
     }
 
+    /// Whether the servo of this joint has been silent for some ticks, since motors have been forced off.
+    pub fn is_out_of_reach(&self, joint: usize) -> bool {
+        self.off.is_out_of_reach(joint)
+    }
+
     /// Whether every motor is confirmed off, and has answered since.
     pub fn is_off_confirmed(&self) -> bool {
         self.off.is_off()
