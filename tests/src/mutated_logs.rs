@@ -226,10 +226,10 @@ const READERS: [(&str, Read); 6] = [
         };
         if let (false, Some(settings)) = (records.is_empty(), head.settings) {
             let mut tally = Tally::default();
-            tally.add(&records, &settings.limits);
+            tally.add(&records, &settings);
             let known = KnownParameters::from_setup(&settings.setup);
             let prior = Prior::from_setup(&settings.setup, 0.01);
-            let _ = identify(&traces(&records), &tally, &known, &prior);
+            let _ = identify(&traces(&records, &settings.setup), &tally, &known, &prior);
         }
         // All events at once, as programs that use the library may read a log.
         let _ = Recording::load(path);

@@ -9,7 +9,9 @@ use armbridge_analysis::identify::{
 };
 use armbridge_control::arm::Mounting;
 use armbridge_link::limits::Limits;
-use armbridge_link::message::{Drive, Missing, Mode, Record, Sample, TickInput, TickOutput};
+use armbridge_link::message::{
+    Drive, Missing, Mode, Record, Sample, Settings, Setup, TickInput, TickOutput,
+};
 use armbridge_servo::JOINTS;
 use armbridge_sim::plant::PlantConfig;
 
@@ -123,7 +125,7 @@ fn an_arm_without_external_torque_is_identified() {
 #[test]
 fn no_data_are_empty() {
     assert_eq!(diagnose(&[]), Some(Diagnosis::Empty));
-    assert!(traces(&[]).is_empty());
+    assert!(traces(&[], &Setup::default()).is_empty());
 }
 
 #[test]
@@ -164,9 +166,9 @@ fn missing_samples_are_counted() {
 fn unrecorded_ticks_are_counted() {
     let records = records(&GOOD, |tick| tick % 2_000 >= 500);
     let mut tally = Tally::default();
-    tally.add(&records, &Limits::default());
+    tally.add(&records, &Settings::default());
     let (known, prior) = known();
-    let diagnosis = check_data(&traces(&records), &tally, &known, &prior);
+    let diagnosis = check_data(&traces(&records, &Setup::default()), &tally, &known, &prior);
     let Err(Diagnosis::LostSamples {
         percent,
         unrecorded,
@@ -222,9 +224,13 @@ fn a_motor_at_the_boards_limit_is_clipped() {
         record.output.torque_nm[0] = -0.499;
     }
     let mut tally = Tally::default();
-    tally.add(&records, &limits);
+    let settings = Settings {
+        limits,
+        ..Settings::default()
+    };
+    tally.add(&records, &settings);
     let (known, prior) = known();
-    let diagnosis = check_data(&traces(&records), &tally, &known, &prior);
+    let diagnosis = check_data(&traces(&records, &Setup::default()), &tally, &known, &prior);
     let is_right = matches!(diagnosis, Err(Diagnosis::ClippedMotor { joint: 1, percent })
         if (66.0..70.0).contains(&percent));
     assert!(is_right, "{diagnosis:?}");

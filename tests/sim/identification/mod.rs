@@ -7,6 +7,7 @@
 mod arms;
 mod bad_data;
 mod checks;
+mod one_joint;
 mod paper;
 mod tracking_loop;
 

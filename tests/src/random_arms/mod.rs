@@ -81,9 +81,13 @@ pub fn arms(kind: Kind, seeds: &[u64]) -> Vec<Arm> {
         prior.deviation[Quantity::Gravity.index(0)] = 1.0;
         let begun = std::time::Instant::now();
         let mut tally = Tally::default();
-        tally.add(&records, &Limits::default());
+        let settings = Settings {
+            setup: before,
+            limits: Limits::default(),
+        };
+        tally.add(&records, &settings);
         let fit = identify(
-            &traces(&records),
+            &traces(&records, &before),
             &tally,
             &KnownParameters::from_setup(&before),
             &prior,
@@ -171,7 +175,7 @@ impl Arm {
         let again = plan::perform(self.before, &self.config, self.seed + 1_000);
         let forecasts = forecast(
             &self.fit,
-            &traces(&again),
+            &traces(&again, &self.before),
             &KnownParameters::from_setup(&self.before),
         );
         let [first, second] = [0, 1].map(|joint| forecasts[joint].model_rms_counts);

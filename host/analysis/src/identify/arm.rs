@@ -34,6 +34,8 @@ use super::stribeck_curve::StribeckCurve;
 /// the servos, and the forms of dry friction beside Coulomb's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KnownParameters {
+    /// Number of joints, 1 or 2. The parameters of a joint that the arm does not have stay at their prior.
+    pub joints: usize,
     /// Length from joint 1 to joint 2 in m.
     pub l1_m: f64,
     /// Length from joint 2 to the end in m.
@@ -66,6 +68,7 @@ impl KnownParameters {
         // A link without weight has a negligible inertia about its own axes as well.
         let link_nm = Quantity::Gravity.nominal(setup, 1).max(1e-3);
         Self {
+            joints: arm.joints(),
             l1_m: arm.l1.into(),
             l2_m: arm.l2.into(),
             g_m_s2: arm.g.into(),

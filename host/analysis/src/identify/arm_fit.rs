@@ -82,8 +82,8 @@ impl FitData {
 
     fn add(&mut self, records: &[Record]) {
         let log = self.logs.len();
-        self.tally.add(records, &self.settings.limits);
-        let traces = traces(records).into_iter();
+        self.tally.add(records, &self.settings);
+        let traces = traces(records, &self.settings.setup).into_iter();
         self.traces
             .extend(traces.map(|trace| Trace { log, ..trace }));
     }
@@ -163,7 +163,7 @@ impl ArmFit {
         let prior = Prior::from_setup(&before.setup, weighed);
         let result = identify(&data.traces, &data.tally, &known, &prior)?;
         Ok(Self {
-            report: Report::new(&result, &prior, known.period_s),
+            report: Report::new(&result, &prior, &known),
             checks: Checks::new(&result, &data.traces, &known, &prior),
             before,
             known,

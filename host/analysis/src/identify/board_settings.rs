@@ -31,17 +31,30 @@ pub struct UnphysicalArm {
 pub fn identified_settings(before: &Settings, fit: &FitResult) -> Result<Settings, UnphysicalArm> {
     let estimate = |joint: usize, quantity: Quantity| fit.estimate(joint, quantity).0;
     let arm = before.setup.arm.map(f64::from);
-    let m2 = 2.0 * estimate(1, Quantity::Gravity) / (arm.g * arm.l2);
+    let joints = arm.joints();
+    let is_two = joints == JOINTS;
+    let m2 = if is_two {
+        2.0 * estimate(1, Quantity::Gravity) / (arm.g * arm.l2)
+    } else {
+        0.0
+    };
     let m1 = 2.0 * (estimate(0, Quantity::Gravity) / (arm.g * arm.l1) - m2);
     let links = m1 * arm.l1 * arm.l1 / 4.0 + arm.i2z + m2 * arm.l1 * arm.l1;
     let arm = Parameters {
         m1,
         m2,
         i1x: estimate(0, Quantity::Inertia) - links,
-        i2y: estimate(1, Quantity::Inertia) - m2 * arm.l2 * arm.l2 / 4.0,
         b1: estimate(0, Quantity::Viscous),
-        b2: estimate(1, Quantity::Viscous),
         ..arm
+    };
+    let arm = if is_two {
+        Parameters {
+            i2y: estimate(1, Quantity::Inertia) - m2 * arm.l2 * arm.l2 / 4.0,
+            b2: estimate(1, Quantity::Viscous),
+            ..arm
+        }
+    } else {
+        arm
     };
     if !arm.is_valid() {
         return Err(UnphysicalArm {
@@ -53,7 +66,7 @@ pub fn identified_settings(before: &Settings, fit: &FitResult) -> Result<Setting
     }
     let mut after = *before;
     after.setup.arm = arm.map(|value| value as f32);
-    for joint in 0..JOINTS {
+    for joint in 0..joints {
         let servo = &mut after.setup.joints[joint];
         servo.zero_count = estimate(joint, Quantity::Zero) as f32;
         servo.gain_counts_per_nm = estimate(joint, Quantity::Gain) as f32;

@@ -77,7 +77,7 @@ pub(super) fn fit(
         }
         result.update(&search, prior);
         if number == 1 {
-            (0..JOINTS).for_each(|joint| result.select_friction(&stage, joint));
+            (0..known.joints).for_each(|joint| result.select_friction(&stage, joint));
         }
         if is_last {
             result.finish(&stage, search);
@@ -121,9 +121,11 @@ impl FitResult {
         };
         let with_load = loaded.search(without_load.coordinates()).minimise();
         if with_load.loss() + LOSS_MARGIN < without_load.loss() {
-            self.load = [Some(LoadEstimate::guess(TYPICAL_LOAD)); JOINTS];
+            for load in self.load.iter_mut().take(known.joints) {
+                *load = Some(LoadEstimate::guess(TYPICAL_LOAD));
+            }
             self.update(&with_load, stage.prior);
-            (0..JOINTS).for_each(|joint| self.refit_load(stage, joint));
+            (0..known.joints).for_each(|joint| self.refit_load(stage, joint));
         } else {
             self.update(&without_load, stage.prior);
         }

@@ -7,7 +7,6 @@
 //! unstable pole; a forecast counts until the uncertainty of its initial state, because of the
 //! encoder's noise, reaches one count.
 
-use armbridge_servo::JOINTS;
 use serde::Serialize;
 
 use super::arm::KnownParameters;
@@ -65,7 +64,7 @@ pub fn forecast(fit: &FitResult, traces: &[Trace], known: &KnownParameters) -> V
     };
     let forecast_joint =
         |joint| forecast_windows(joint, &windows(joint), &traces, known, &fit.coordinates);
-    (0..JOINTS)
+    (0..known.joints)
         .map(forecast_joint)
         .map(|forecast| forecast.with_noise_removed(fit.noise_counts))
         .collect()
@@ -223,6 +222,7 @@ fn unstable_time_constant_s(
 mod tests {
     use super::*;
     use armbridge_link::message::Setup;
+    use armbridge_servo::JOINTS;
 
     #[test]
     fn the_papers_arm_falls_with_the_poles_of_its_linear_model() {

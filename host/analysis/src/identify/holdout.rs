@@ -59,7 +59,7 @@ pub fn holdout_forecasts(
     let search = Search::new(kept, traces, known, prior, fit.coordinates, errors).minimise();
     let coordinates = search.coordinates();
     let forecast = |joint| forecast_windows(joint, &held_out[joint], traces, known, &coordinates);
-    let forecasts = (0..JOINTS).map(forecast);
+    let forecasts = (0..known.joints).map(forecast);
     Some(
         forecasts
             .map(|forecast| forecast.with_noise_removed(fit.noise_counts))

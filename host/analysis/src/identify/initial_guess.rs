@@ -128,7 +128,7 @@ pub(super) fn initial_guess(
     mean: &[f64; COUNT],
 ) -> Result<[f64; COUNT], InitialGuessError> {
     let mut coordinates = *mean;
-    for joint in 0..JOINTS {
+    for joint in 0..known.joints {
         let rows: Vec<_> = traces
             .iter()
             .flat_map(|trace| {

@@ -15,6 +15,8 @@ use super::quantity::{COUNT, Quantity};
 const COULOMB_NM: f64 = 0.04;
 /// Dead zone before any measurement, in counts: half of the paper's.
 const DEAD_COUNTS: f64 = 25.0;
+/// Least gravity torque in N m: the logarithm of none is not a number.
+const GRAVITY_MIN_NM: f64 = 1e-9;
 /// Delay before any measurement, in s.
 const DELAY_S: f64 = 2e-3;
 
@@ -67,7 +69,7 @@ impl Quantity {
             }
             (Self::Inertia, _) => arm.i2y + arm.m2 * arm.l2 * arm.l2 / 4.0,
             (Self::Gravity, 0) => arm.g * arm.l1 * (arm.m1 / 2.0 + arm.m2),
-            (Self::Gravity, _) => arm.g * arm.l2 * arm.m2 / 2.0,
+            (Self::Gravity, _) => (arm.g * arm.l2 * arm.m2 / 2.0).max(GRAVITY_MIN_NM),
             (Self::Viscous, 0) => arm.b1,
             (Self::Viscous, _) => arm.b2,
             (Self::Coulomb, _) => match f64::from(setup.friction_nm[joint]) {

@@ -3,7 +3,7 @@
 //! While the motors are off, the torques on the arm are unknown: it may be held by hand.
 
 use armbridge_control::encoder::Encoder;
-use armbridge_link::message::{Record, Sample};
+use armbridge_link::message::{Record, Sample, Setup};
 
 use super::dataset::Trace;
 
@@ -12,8 +12,10 @@ const END_COUNTS: u16 = 3;
 /// Shortest trace in ticks.
 const TRACE_MIN: usize = 200;
 
-/// Traces of a log.
-pub fn traces(records: &[Record]) -> Vec<Trace> {
+/// Traces of a log of a board with this set-up. A joint that its arm does not have is at its zero.
+pub fn traces(records: &[Record], setup: &Setup) -> Vec<Trace> {
+    let absent = |joint: usize| joint >= setup.arm.joints();
+    let zero = setup.joints.map(|joint| joint.zero_count.round() as u16);
     let mut traces = Vec::new();
     let mut trace = Trace::default();
     let mut before: Option<u32> = None;
@@ -33,7 +35,14 @@ pub fn traces(records: &[Record]) -> Vec<Trace> {
                 trace.start_s = since_us as f64 * 1e-6;
             }
             trace.pwm.push(record.input.pwm_in_force);
-            trace.counts.push(record.input.samples.map(counts));
+            let samples = record.input.samples;
+            trace.counts.push(core::array::from_fn(|joint| {
+                if absent(joint) {
+                    Some(zero[joint])
+                } else {
+                    counts(samples[joint])
+                }
+            }));
         }
     }
     end_trace(&mut trace, &mut traces);

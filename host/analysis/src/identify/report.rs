@@ -1,9 +1,9 @@
 //! Report of a fit, as a table and as data.
 
 use armbridge_log::text_table;
-use armbridge_servo::JOINTS;
 use serde::Serialize;
 
+use super::arm::KnownParameters;
 use super::fit_result::FitResult;
 use super::prior::Prior;
 use super::quantity::Quantity;
@@ -48,10 +48,10 @@ pub struct Report {
 }
 
 impl Report {
-    /// Report of a fit to logs with this tick period.
-    pub fn new(fit: &FitResult, prior: &Prior, period_s: f64) -> Self {
+    /// Report of a fit to logs of an arm with these known parameters.
+    pub fn new(fit: &FitResult, prior: &Prior, known: &KnownParameters) -> Self {
         let mut estimates = Vec::new();
-        for joint in 0..JOINTS {
+        for joint in 0..known.joints {
             for quantity in Quantity::ALL {
                 let (value, error) = fit.estimate(joint, quantity);
                 let prior_mean: f64 = quantity.value(prior.mean[quantity.index(joint)]);
@@ -112,12 +112,12 @@ impl Report {
             }));
         }
         let ticks = fit.window_ticks();
-        let joints = 1..=JOINTS;
+        let joints = 1..=known.joints;
         let is_unidentified = |joint: &usize| fit.static_friction[joint - 1].is_none();
         Self {
             estimates,
             static_friction_unidentified: joints.filter(is_unidentified).collect(),
-            sliding_s: ticks as f64 * period_s,
+            sliding_s: ticks as f64 * known.period_s,
             windows: fit.window_fits.len(),
             outliers: fit.outliers(),
             noise_counts: fit.noise_counts,

@@ -2,11 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use armbridge_servo::JOINTS;
-
 use super::axis::Axis;
 use super::drawing::{Anchor, Drawing, Font, Stroke};
-use super::panel::{INK, JOINT, JOINT_TINT, Key, LIMIT, MUTED, Panel};
+use super::panel::{self, INK, JOINT, JOINT_TINT, Key, LIMIT, MUTED, Panel};
 use super::{PlotError, titled, write_all};
 use crate::scenario::{JointPreview, Preview};
 
@@ -37,12 +35,12 @@ pub fn draw_preview(
 
 fn figure(preview: &Preview, about: &str) -> Drawing {
     let title = format!("Before it moves · armbridge {}", preview.name);
-    let mut drawing = titled(640.0, &title, about);
-    for joint in 0..JOINTS {
+    let mut drawing = titled(panel::height(preview.joints), &title, about);
+    for joint in 0..preview.joints {
         let limit = f64::from(preview.limit_rad[joint]);
         let x = Axis::linear(0.0, preview.end_s);
         let y = Axis::around([-limit, limit].into_iter(), 0.14);
-        let panel = Panel::angle(&mut drawing, joint, JOINTS, x, y);
+        let panel = Panel::angle(&mut drawing, joint, preview.joints, x, y);
         draw_joint(&mut drawing, &panel, preview, joint);
     }
     drawing

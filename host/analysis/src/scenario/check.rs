@@ -17,7 +17,8 @@ use toml::Value;
 use super::file::{BenchKeys, File, Pair, PushKeys, ServoName, StepKeys, StopKeys};
 use super::leads::leads;
 use super::mistake::{KeyPath, Mistake};
-use super::narrowing::narrow;
+use super::narrowing::{leave_out_joint_2, narrow};
+use super::simulated_board;
 use super::steps::{self, microseconds, pairs, times};
 use super::{BenchSpec, Overrides, Scenario, ScenarioError, Success};
 use crate::plan_runner::plan::{Base, Change, InitialSettings, Plan, Stop};
@@ -52,10 +53,10 @@ pub(super) fn scenario(
     folder: Option<&Path>,
     overrides: &Overrides,
 ) -> Result<Scenario, Wrong> {
-    let (stop, success) = stop(&file.stop, overrides)?;
+    let (mut stop, success) = stop(&file.stop, overrides)?;
     let base = overrides.control.unwrap_or(file.control.into());
-    let (change, settings) = settings(base, &pairs(&file.set), overrides)?;
     let bench = bench(&file.bench, folder, overrides)?;
+    let (change, settings) = settings(base, &pairs(&file.set), &bench.plant, overrides)?;
     let initial_rad: Pair = bench.plant.initial.q.map(|q| q as f32).into();
     // A shortened run omits its last steps.
     let is_kept = |step: &&StepKeys| overrides.duration_s.is_none_or(|end_s| step.at_s < end_s);
@@ -67,6 +68,13 @@ pub(super) fn scenario(
     }
     let mut keys = file.step[..kept].to_vec();
     let mut notes = notes(base, overrides);
+    if file.is_narrowed && settings.setup.arm.joints() == 1 {
+        let saved_s = leave_out_joint_2(&mut keys, stop.after_us as f64 * 1e-6);
+        stop.after_us -= (saved_s * 1e6).round() as u64;
+        notes.push(format!(
+            "note: the arm has one joint: what the plan does with joint 2 is left out, {saved_s:.0} s"
+        ));
+    }
     if file.is_narrowed {
         notes.extend(narrowed(narrow(&mut keys, &settings)));
     }
@@ -94,10 +102,12 @@ pub(super) fn scenario(
 }
 
 /// The change of the board's settings, and the settings that it makes. The configuration
-/// file's parameters are in force below the scenario's where the control is the board's own.
+/// file's parameters are in force below the scenario's where the control is the board's own, and above
+/// those of a simulated board with this arm.
 pub(super) fn settings(
     base: Base,
     set: &[(String, Value)],
+    plant: &PlantConfig,
     overrides: &Overrides,
 ) -> Result<(Change, Settings), Wrong> {
     let board = overrides.board.unwrap_or_default();
@@ -107,9 +117,13 @@ pub(super) fn settings(
     } else {
         Vec::new()
     };
+    let of_bench = match overrides.board {
+        Some(_) => Vec::new(),
+        None => simulated_board::settings(plant),
+    };
     let mut change = Change {
         base,
-        groups: vec![configured, set.to_vec()],
+        groups: vec![of_bench, configured, set.to_vec()],
     };
     let of_file = change
         .apply(&board)

@@ -131,6 +131,9 @@ pub(super) struct StepKeys {
     pub(super) park: Option<bool>,
     pub(super) idle: Option<bool>,
     pub(super) arm: Option<bool>,
+    /// Of a joint that the arm does not have.
+    #[serde(skip)]
+    pub(super) is_left_out: bool,
 }
 
 /// One number for each joint.

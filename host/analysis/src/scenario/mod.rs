@@ -59,6 +59,7 @@ mod motion;
 mod narrowing;
 mod preview;
 mod reference;
+mod simulated_board;
 mod stay;
 mod steps;
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! Narrowing of a plan: the angles of a joint scaled down, all by one factor, to what the board
-//! permits.
+//! Narrowing of a plan to what the board permits: the angles of a joint scaled down, all by one factor,
+//! and the steps of a joint that the arm does not have left out.
 //!
 //! An experiment's envelope ends where the board does not brake yet at the envelope's speed. That is
 //! the nearer the farther a servo's zero is from the middle of its counts, or the lower the angle
@@ -28,6 +28,31 @@ pub(super) fn narrow(steps: &mut [StepKeys], settings: &Settings) -> Pair {
         step.scale(factors);
     }
     factors
+}
+
+/// Leaves out joint 2, which the arm does not have: experiments with it alone, whose time the steps after
+/// them take, and its angles in all others. Returns the time saved in s, of a run until `end_s`.
+pub(super) fn leave_out_joint_2(steps: &mut [StepKeys], end_s: f64) -> f64 {
+    let next = steps.iter().skip(1).map(|step| step.at_s);
+    let ends: Vec<f64> = next.chain([end_s]).collect();
+    let mut saved_s = 0.0;
+    for (step, end_s) in steps.iter_mut().zip(ends) {
+        let lasts_s = end_s - step.at_s;
+        step.at_s -= saved_s;
+        step.is_left_out = step
+            .experiment
+            .is_some_and(|plan| plan.roles[0] == Role::Hold);
+        if step.is_left_out {
+            saved_s += lasts_s;
+        }
+        let envelope = step.experiment.map(|plan| plan.angle_rad[1]);
+        step.scale([1.0, 0.0]);
+        if let (Some(plan), Some(envelope)) = (&mut step.experiment, envelope) {
+            plan.roles[1] = Role::Hold;
+            plan.angle_rad[1] = envelope;
+        }
+    }
+    saved_s
 }
 
 /// The joint whose envelope is too wide, and the factor that makes it narrow enough.

@@ -34,6 +34,8 @@ pub struct Preview {
     pub name: String,
     /// Title of the scenario.
     pub title: String,
+    /// Number of joints of the arm.
+    pub joints: usize,
     /// Stages, one per step.
     pub stages: Vec<Stage>,
     /// Angles in rad above which the board switches off.
@@ -124,6 +126,7 @@ impl Scenario {
         Preview {
             name: self.name.clone(),
             title: self.title.clone(),
+            joints: self.settings.setup.arm.joints(),
             stages: stages.collect(),
             limit_rad: self.settings.limits.angle_rad,
             limit_rad_s: self.settings.limits.speed_rad_s,

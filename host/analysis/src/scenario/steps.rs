@@ -77,7 +77,8 @@ pub(super) fn steps(
 ) -> Result<Vec<Step>, Mistake> {
     let mut planned: Vec<Planned> = Vec::new();
     let mut before_us = 0;
-    for (number, key) in keys.iter().enumerate() {
+    let kept = keys.iter().enumerate().filter(|(_, key)| !key.is_left_out);
+    for (number, key) in kept {
         let place = KeyPath::top("step").nth(number);
         let at_us = microseconds(&place.at("at_s"), key.at_s)?;
         if at_us < before_us {

@@ -81,10 +81,11 @@ pub(super) fn strong_correlations(fit: &FitResult) -> Vec<Correlation> {
 }
 
 /// Combinations that the logs do not identify, by their information matrix alone (without
-/// the prior).
+/// the prior), of an arm with this number of joints.
 pub(super) fn unidentifiable(
     information: &SMatrix<f64, COUNT, COUNT>,
     prior: &Prior,
+    joints: usize,
 ) -> Vec<Combination> {
     let scale: Vec<f64> = (0..COUNT)
         .map(|i| match Quantity::ALL[i % PER_JOINT] {
@@ -107,6 +108,7 @@ pub(super) fn unidentifiable(
         (0..COUNT).partition(|&i| scaled(i, i) > least);
     let mut combinations: Vec<Combination> = uninformed
         .into_iter()
+        .filter(|i| *i < PER_JOINT * joints)
         .map(|i| combination(&[(i, 1.0)], scaled(i, i), prior))
         .collect();
     let matrix = DMatrix::from_fn(informed.len(), informed.len(), |a, b| {
@@ -250,7 +252,7 @@ mod tests {
         let mut known = SMatrix::identity() - scale * scale.transpose();
         known.fill_row(dead, 0.0);
         known.fill_column(dead, 0.0);
-        let unidentifiable = unidentifiable(&(known * 1e6), &prior);
+        let unidentifiable = unidentifiable(&(known * 1e6), &prior, JOINTS);
         let [first, second] = unidentifiable.as_slice() else {
             panic!("{unidentifiable:?}");
         };

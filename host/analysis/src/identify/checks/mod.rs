@@ -25,7 +25,6 @@ pub use whiteness::Whiteness;
 pub(super) use identifiability::correlation_matrix;
 pub(super) use rollout::rollout;
 
-use armbridge_servo::JOINTS;
 use nalgebra::SMatrix;
 use serde::Serialize;
 
@@ -68,7 +67,7 @@ impl Checks {
         let rollouts = rollouts(fit, &traces, known);
         let mut whiteness = Vec::new();
         let (mut missing_torques, mut without_dry_friction) = (Vec::new(), Vec::new());
-        for joint in 0..JOINTS {
+        for joint in 0..known.joints {
             let windows = explained(fit, &rollouts, joint);
             whiteness.push(Whiteness::new(joint, windows.iter().copied()));
             let (missing, without) =
@@ -80,7 +79,7 @@ impl Checks {
         let mut checks = Self {
             warnings: Vec::new(),
             correlations: identifiability::strong_correlations(fit),
-            unidentifiable: identifiability::unidentifiable(&information, prior),
+            unidentifiable: identifiability::unidentifiable(&information, prior, known.joints),
             whiteness,
             missing_torques,
             without_dry_friction,

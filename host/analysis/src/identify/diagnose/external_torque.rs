@@ -4,8 +4,6 @@
 //! is compared with motor, gravity and friction. At rest or at a reversal, dry friction may
 //! have any value up to its maximum.
 
-use armbridge_servo::JOINTS;
-
 use super::super::arm::{JointModel, KnownParameters};
 use super::super::dataset::{LINEAR_PWM_COUNTS, NEUTRAL, Trace};
 use super::super::fit_result::FitResult;
@@ -54,7 +52,7 @@ pub(super) fn episodes(
 ) -> Vec<ExternalTorque> {
     let bump = Bump::new(HALF);
     let mut episodes = Vec::new();
-    for joint in 0..JOINTS {
+    for joint in 0..known.joints {
         let model = Model::new(known, fit, joint);
         for (index, trace) in traces.iter().enumerate() {
             let mut episode: Option<ExternalTorque> = None;

@@ -68,7 +68,7 @@ pub fn check_data(
     tally.check()?;
     let zero = [0, 1].map(|joint| Quantity::Zero.value(prior.mean[Quantity::Zero.index(joint)]));
     let smoothed = smoothed(traces, known, zero);
-    for joint in 0..JOINTS {
+    for joint in 0..known.joints {
         let windows = smoothed
             .iter()
             .flat_map(|trace| trace.windows(0, joint, WINDOW));
@@ -110,7 +110,7 @@ pub fn check_fit(
         });
     }
     let (outliers, windows) = (fit.outliers(), fit.window_fits.len());
-    let is_noisy = fit.noise_counts > NOISE_RATIO * noise_counts(traces);
+    let is_noisy = fit.noise_counts > NOISE_RATIO * noise_counts(traces, known.joints);
     if is_noisy || outliers as f64 > OUTLIER_FRACTION * windows as f64 {
         let mut all: Vec<f64> = fit.window_fits.iter().map(WindowFit::rms_counts).collect();
         all.sort_by(f64::total_cmp);
@@ -118,19 +118,19 @@ pub fn check_fit(
             outliers,
             windows,
             rms_counts: all.get(windows / 2).copied().unwrap_or(f64::NAN),
-            noise_counts: noise_counts(traces),
+            noise_counts: noise_counts(traces, known.joints),
         });
     }
     Ok(())
 }
 
-/// Standard deviation of the encoders' noise in counts, from second differences of the
+/// Standard deviation of the noise of this number of encoders in counts, from second differences of the
 /// positions: the arm's accelerations are negligible there.
-fn noise_counts(traces: &[Trace]) -> f64 {
+fn noise_counts(traces: &[Trace], joints: usize) -> f64 {
     let (mut squares, mut count) = (0.0, 0.0);
     for three in traces.iter().flat_map(|trace| trace.counts.windows(3)) {
         let [before, here, after] = [0, 1, 2].map(|tick| three[tick].map(|c| c.map(f64::from)));
-        for ((a, b), c) in before.into_iter().zip(here).zip(after) {
+        for ((a, b), c) in before.into_iter().zip(here).zip(after).take(joints) {
             if let (Some(a), Some(b), Some(c)) = (a, b, c) {
                 // Noise enters with weights 1, -2 and 1.
                 squares += (a - 2.0 * b + c).powi(2) / 6.0;

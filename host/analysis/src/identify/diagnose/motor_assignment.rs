@@ -39,7 +39,7 @@ type Row = ([f64; ARM_TERMS], [f64; JOINTS], f64);
 /// If a joint is driven by the other's motor, in the wrong direction, or by none.
 pub(super) fn check(traces: &[Trace], known: &KnownParameters) -> Result<(), Diagnosis> {
     let bump = Bump::new(HALF);
-    for joint in 0..JOINTS {
+    for joint in 0..known.joints {
         let rows: Vec<Row> = traces
             .iter()
             .flat_map(|trace| segments(trace, known, joint, &bump))

@@ -1,7 +1,6 @@
 //! Tally of ticks: recorded, with an angle, at a limit.
 
-use armbridge_link::limits::Limits;
-use armbridge_link::message::Record;
+use armbridge_link::message::{Record, Settings};
 use armbridge_servo::JOINTS;
 
 use super::super::dataset::Trace;
@@ -61,7 +60,9 @@ impl Tally {
     }
 
     /// Adds the ticks of a log.
-    pub fn add(&mut self, records: &[Record], limits: &Limits) {
+    pub fn add(&mut self, records: &[Record], settings: &Settings) {
+        let Settings { setup, limits } = settings;
+        let joints = setup.arm.joints();
         let mut before: Option<u32> = None;
         for record in records
             .iter()
@@ -73,7 +74,7 @@ impl Tally {
             self.gaps += usize::from(between > 0);
             self.unrecorded += between as usize;
             self.ticks += 1;
-            for (joint, joint_tally) in self.joints.iter_mut().enumerate() {
+            for (joint, joint_tally) in self.joints.iter_mut().enumerate().take(joints) {
                 joint_tally.count_sample(record.input.samples[joint].counts());
                 let pwm = record.input.pwm_in_force[joint].abs_diff(1_000);
                 let torque = record.output.torque_nm[joint].abs();

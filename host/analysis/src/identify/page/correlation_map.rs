@@ -2,7 +2,7 @@
 
 use super::super::checks::correlation_matrix;
 use super::super::fit_result::FitResult;
-use super::super::quantity::{COUNT, PER_JOINT, Quantity};
+use super::super::quantity::{PER_JOINT, Quantity};
 use crate::plot::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use crate::plot::panel::{FRAME, INK, JOINT, LABEL, MUTED};
 use crate::plot::titled;
@@ -13,10 +13,11 @@ const CELL: f64 = 30.0;
 /// Magnitude above which a correlation is written in digits.
 const WRITTEN: f64 = 0.3;
 
-/// Draws the figure.
-pub(super) fn draw(fit: &FitResult) -> Drawing {
+/// Draws the figure for an arm with this number of joints.
+pub(super) fn draw(fit: &FitResult, joints: usize) -> Drawing {
+    let count = PER_JOINT * joints;
     let all = correlation_matrix(fit);
-    let size = CELL * COUNT as f64;
+    let size = CELL * count as f64;
     let mut drawing = titled(
         TOP + size + 40.0,
         "Correlations of the estimates",
@@ -26,7 +27,7 @@ pub(super) fn draw(fit: &FitResult) -> Drawing {
         anchor: Anchor::End,
         ..LABEL
     };
-    for i in 0..COUNT {
+    for i in 0..count {
         let at = CELL * i as f64;
         let quantity = Quantity::ALL[i % PER_JOINT];
         let name = format!("{} {}", quantity.name(), i / PER_JOINT + 1);
@@ -36,7 +37,7 @@ pub(super) fn draw(fit: &FitResult) -> Drawing {
             ..LABEL
         };
         drawing.text((LEFT + at + 20.0, TOP - 8.0), &name, upwards, true);
-        for j in 0..COUNT {
+        for j in 0..count {
             let r = all[(i, j)];
             if !r.is_finite() {
                 continue;
@@ -66,9 +67,11 @@ pub(super) fn draw(fit: &FitResult) -> Drawing {
         }
     }
     // Between the joints.
-    let middle = CELL * PER_JOINT as f64 - 0.5;
-    let line = Stroke::solid(FRAME, 1.5);
-    drawing.line((LEFT + middle, TOP), (LEFT + middle, TOP + size), line);
-    drawing.line((LEFT, TOP + middle), (LEFT + size, TOP + middle), line);
+    for joint in 1..joints {
+        let middle = CELL * (PER_JOINT * joint) as f64 - 0.5;
+        let line = Stroke::solid(FRAME, 1.5);
+        drawing.line((LEFT + middle, TOP), (LEFT + middle, TOP + size), line);
+        drawing.line((LEFT, TOP + middle), (LEFT + size, TOP + middle), line);
+    }
     drawing
 }

@@ -2,8 +2,6 @@
 //! segments in which a joint slides, and the estimated curve. Friction of the load on the gears is
 //! left out: it depends on more than the speed.
 
-use armbridge_servo::JOINTS;
-
 use super::super::arm::{JointModel, KnownParameters};
 use super::super::checks::Checks;
 use super::super::diagnose::Bump;
@@ -29,7 +27,7 @@ pub(super) fn draw(fit: &FitResult, checks: &Checks, known: &KnownParameters) ->
         "Friction against speed",
         "a dot: motor torque less gravity and inertia, over an eighth of a second",
     );
-    for joint in 0..JOINTS {
+    for joint in 0..known.joints {
         let friction_points = friction_points(fit, checks, known, joint);
         let estimate = |quantity| fit.estimate(joint, quantity).0;
         let viscous = estimate(Quantity::Viscous);

@@ -108,7 +108,7 @@ impl Page<'_> {
             },
             Figure {
                 name: "correlations",
-                drawing: correlation_map::draw(self.fit),
+                drawing: correlation_map::draw(self.fit, known.joints),
                 caption: "Errors of strongly correlated parameters come together; their product \
                           or sum is more certain than either.",
             },

@@ -1,7 +1,5 @@
 //! Figure of the residuals: root mean square of each window over time, and autocorrelation.
 
-use armbridge_servo::JOINTS;
-
 use super::super::checks::{Checks, Whiteness};
 use super::super::fit_result::FitResult;
 use crate::plot::axis::Axis;
@@ -16,13 +14,14 @@ const ZERO: Stroke = Stroke::solid(FRAME, 1.2);
 
 /// Draws the figure.
 pub(super) fn draw(fit: &FitResult, checks: &Checks, period_s: f64) -> Drawing {
+    let joints = checks.whiteness.len();
     let mut drawing = titled(
-        TOP + STEP + HEIGHT + 52.0,
+        TOP + STEP * (joints - 1) as f64 + HEIGHT + 52.0,
         "Residuals",
         "root mean square of each window; autocorrelation of blocks of 5 ticks",
     );
     let begins_s = begins_s(checks, period_s);
-    for (joint, whiteness) in checks.whiteness.iter().enumerate().take(JOINTS) {
+    for (joint, whiteness) in checks.whiteness.iter().enumerate() {
         let points: Vec<(f64, f64)> = fit
             .window_fits
             .iter()
@@ -35,8 +34,9 @@ pub(super) fn draw(fit: &FitResult, checks: &Checks, period_s: f64) -> Drawing {
             })
             .collect();
         let end_s = begins_s[begins_s.len() - 1].max(1.0);
-        windows(&mut drawing, joint, &points, end_s, fit);
-        correlation(&mut drawing, joint, whiteness);
+        let is_last = joint + 1 == joints;
+        windows(&mut drawing, joint, &points, end_s, fit, is_last);
+        correlation(&mut drawing, joint, whiteness, is_last);
     }
     drawing
 }
@@ -66,6 +66,7 @@ fn windows(
     points: &[(f64, f64)],
     end_s: f64,
     fit: &FitResult,
+    is_last: bool,
 ) {
     let limit = fit.outlier_limit_counts2.sqrt();
     let high = points
@@ -82,7 +83,6 @@ fn windows(
         y: Axis::linear(0.0, high),
     };
     let title = format!("Joint {}: residual of each window", joint + 1);
-    let is_last = joint + 1 == JOINTS;
     let x_title = is_last.then_some("time, one log after the other (s)");
     panel.draw(drawing, &title, x_title, Some("rms (counts)"));
     panel.level(drawing, fit.noise_counts, ZERO);
@@ -98,7 +98,7 @@ fn windows(
     panel.legend(drawing, &keys);
 }
 
-fn correlation(drawing: &mut Drawing, joint: usize, whiteness: &Whiteness) {
+fn correlation(drawing: &mut Drawing, joint: usize, whiteness: &Whiteness, is_last: bool) {
     let Whiteness {
         autocorrelation,
         bound,
@@ -120,7 +120,7 @@ fn correlation(drawing: &mut Drawing, joint: usize, whiteness: &Whiteness) {
         y: Axis::linear(-high, high),
     };
     let title = format!("portmanteau {portmanteau:.1}; noise: below {critical_value:.1}");
-    let x_title = (joint + 1 == JOINTS).then_some("lag (blocks)");
+    let x_title = is_last.then_some("lag (blocks)");
     panel.draw(drawing, &title, x_title, Some("autocorrelation"));
     panel.level(drawing, 0.0, ZERO);
     for level in [*bound, -*bound] {

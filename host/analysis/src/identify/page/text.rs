@@ -1,7 +1,6 @@
 //! Text of the report.
 
 use armbridge_link::message::Setup;
-use armbridge_servo::JOINTS;
 use maud::{Markup, html};
 
 use super::super::checks::Checks;
@@ -228,7 +227,8 @@ fn paper_method(page: &Page<'_>) -> Markup {
         Quantity::Gain,
         Quantity::Offset,
     ];
-    let rows = (0..JOINTS).flat_map(|joint| quantities.map(|quantity| (joint, quantity)));
+    let rows =
+        (0..page.known.joints).flat_map(|joint| quantities.map(|quantity| (joint, quantity)));
     let rows = rows.map(|(joint, quantity)| {
         let (value, error) = page.fit.estimate(joint, quantity);
         [

@@ -62,8 +62,9 @@ pub(super) fn scenario(
         return Err(wrong((samples[samples.len() - 1].byte, message)));
     }
     let base = overrides.control.unwrap_or(Base::Compensated);
-    let (change, settings) = check::settings(base, &[], overrides).map_err(located)?;
     let bench = check::bench(&BenchKeys::default(), None, overrides).map_err(located)?;
+    let (change, settings) =
+        check::settings(base, &[], &bench.plant, overrides).map_err(located)?;
 
     let path = Path::new(&samples, &settings);
     let line_of = |at_s: f64| Path::sample(&samples, at_s).byte;

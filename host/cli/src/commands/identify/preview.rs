@@ -20,18 +20,19 @@ pub(super) fn as_text(preview: &Preview) -> String {
     } else {
         String::new()
     };
-    let [first, second] = preview.limit_rad;
+    let limits = preview.limit_rad.iter().take(preview.joints);
+    let both = |texts: Vec<String>| texts.join(" and ");
+    let limits_rad = both(limits.clone().map(|limit| format!("{limit:.2}")).collect());
+    let degrees = limits.map(|limit| format!("{:.0}", limit.to_degrees()));
     format!(
-        "{}: {}, {} steps in {:.1} s\n\n{}{more}\nThe board switches off beyond {first:.2} and \
-         {second:.2} rad ({:.0} and {:.0}°), and ends an\nexperiment whose envelope [] a joint \
-         leaves.\n",
+        "{}: {}, {} steps in {:.1} s\n\n{}{more}\nThe board switches off beyond {limits_rad} rad \
+         ({}°), and ends an\nexperiment when a joint leaves its envelope, in brackets above.\n",
         preview.name,
         preview.title,
         preview.stages.len(),
         preview.end_s,
         table(preview),
-        first.to_degrees(),
-        second.to_degrees()
+        both(degrees.collect()),
     )
 }
 
@@ -44,8 +45,8 @@ fn table(preview: &Preview) -> String {
     let mut joint_lines = vec![1];
     for stage in preview.stages.iter().take(STEPS_MAX) {
         steps.push(step_row(stage));
-        joints.extend((0..stage.joints.len()).map(|joint| joint_row(preview, stage, joint)));
-        joint_lines.push(stage.joints.len());
+        joints.extend((0..preview.joints).map(|joint| joint_row(preview, stage, joint)));
+        joint_lines.push(preview.joints);
     }
     let (steps, joints) = (text_table::columns(&steps), text_table::columns(&joints));
     let mut joints = joints.lines();

@@ -103,12 +103,17 @@ pub(super) fn run(args: &IdentifyRunArgs) -> Outcome {
         );
     }
     let uri = config.link(args.link.link.as_ref())?;
-    let scenario = match settings_of_board(args, &config) {
-        Ok(settings) => load(Some(settings))?,
-        Err(why) => {
-            // An error in the plan itself is reported first.
-            load(None)?;
-            return Err(why);
+    // A simulated board is a new one, as the scenario sets it up.
+    let scenario = if uri.is_simulated() {
+        load(None)?
+    } else {
+        match settings_of_board(args, &config) {
+            Ok(settings) => load(Some(settings))?,
+            Err(why) => {
+                // An error in the plan itself is reported first.
+                load(None)?;
+                return Err(why);
+            }
         }
     };
     scenario.notes.iter().for_each(stdio::note);

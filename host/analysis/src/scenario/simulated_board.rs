@@ -1,0 +1,95 @@
+//! Settings of a simulated board for its bench: what `armbridge calibrate` and `armbridge setup` set on
+//! a real one before the first run.
+//!
+//! A new board has the calibration of AX-12A and an arm of two joints. Without the nominal calibration of
+//! the model of its X servos, and their number, it refuses to be armed. The length and the mass of an arm of
+//! one joint are known from ruler and scale. All else of the virtual arm remains unknown to the board. A board
+//! whose settings have been read keeps those.
+
+use armbridge_control::encoder::Encoder;
+use armbridge_servo::Firmware;
+use armbridge_sim::plant::PlantConfig;
+use toml::Value;
+
+/// Parameters of the second link.
+const LINK_2: [&str; 4] = ["arm.l2_m", "arm.m2_kg", "arm.i2x_kg_m2", "arm.i2z_kg_m2"];
+
+/// Changes of a new board's settings for the servos of this arm, in the order of their application.
+pub(super) fn settings(plant: &PlantConfig) -> Vec<(String, Value)> {
+    let mut changes = Vec::new();
+    if plant.firmware() == Firmware::XSeries {
+        let nominal = [
+            ("zero_count", f64::from(Encoder::XSeries.middle_count())),
+            ("rad_per_count", Encoder::XSeries.nominal_rad_per_count()),
+            (
+                "gain_counts_per_nm",
+                plant.x_servo.pwm_counts_per_nm().into(),
+            ),
+            ("offset_counts", 0.0),
+        ];
+        for joint in ["joint1", "joint2"] {
+            let values = nominal.map(|(name, value)| (format!("{joint}.{name}"), value.into()));
+            changes.extend(values);
+        }
+    }
+    if plant.arm.joints() == 1 {
+        let link_1 = [("arm.l1_m", plant.arm.l1), ("arm.m1_kg", plant.arm.m1)];
+        let link_2 = LINK_2.map(|name| (name, 0.0));
+        let links = link_1.into_iter().chain(link_2);
+        changes.extend(links.map(|(name, value)| (name.into(), value.into())));
+    }
+    changes
+}
+
+#[cfg(test)]
+mod tests {
+    use armbridge_link::experiment::Role;
+    use armbridge_link::message::{Command, Settings, Setup};
+    use armbridge_sim::plant::PlantFile;
+
+    use super::super::{Overrides, Scenario};
+    use crate::plan_runner::plan::Action;
+
+    fn identify(plant: &str, board: Option<&Settings>) -> Scenario {
+        let overrides = Overrides {
+            plant: Some(PlantFile::load(plant).unwrap()),
+            board: board.copied(),
+            ..Overrides::default()
+        };
+        Scenario::load("identify", &overrides).unwrap()
+    }
+
+    #[test]
+    fn a_new_board_has_the_nominal_calibration_of_the_servos_of_its_arm() {
+        let [ax, x] = ["heavy", "xl430"].map(|plant| identify(plant, None).settings.setup);
+        assert_eq!(
+            (ax.joints, ax.arm),
+            (Setup::best().joints, Setup::best().arm)
+        );
+        assert_eq!(x.joints.map(|joint| joint.zero_count as u16), [2048; 2]);
+        let read = identify("xl430", Some(&Settings::default())).settings.setup;
+        assert_eq!(
+            read.joints,
+            Setup::default().joints,
+            "that of a board that was read"
+        );
+        // Of the paper's arm the weights remain.
+        assert_eq!((x.arm, x.arm.joints()), (Setup::best().arm, 2));
+    }
+
+    #[test]
+    fn a_plan_for_one_joint_leaves_out_the_other() {
+        let (one, two) = (identify("pendulum", None), identify("xl430", None));
+        assert_eq!(one.settings.setup.arm.joints(), 1);
+        assert!(one.plan.stop.after_us < two.plan.stop.after_us);
+        assert!(one.plan.steps.len() < two.plan.steps.len());
+        for step in &one.plan.steps {
+            let Action::Command(command) = &step.action else {
+                continue;
+            };
+            if let Command::Experiment(plan) = **command {
+                assert!(plan.roles[0] != Role::Hold && plan.roles[1] == Role::Hold);
+            }
+        }
+    }
+}
