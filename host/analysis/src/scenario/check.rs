@@ -248,6 +248,7 @@ pub(super) fn bench(
     let firmwares = keys.servos.map(|names| names.map(firmware));
     let firmwares = overrides.firmware.or(firmwares);
     let firmwares = firmwares.unwrap_or([plant.firmware(); JOINTS]);
+    let plant = plant.with_servos(firmwares[0]);
     let baud = overrides.servo_baud.or(keys.baud).unwrap_or(1_000_000);
     let servos = SERVO_IDS.iter().zip(firmwares);
     let servos = servos.map(|(id, firmware)| ServoKind::new(firmware, id.get(), baud));

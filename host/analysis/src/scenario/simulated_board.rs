@@ -45,6 +45,7 @@ pub(super) fn settings(plant: &PlantConfig) -> Vec<(String, Value)> {
 mod tests {
     use armbridge_link::experiment::Role;
     use armbridge_link::message::{Command, Settings, Setup};
+    use armbridge_servo::Firmware;
     use armbridge_sim::plant::PlantFile;
 
     use super::super::{Overrides, Scenario};
@@ -75,6 +76,18 @@ mod tests {
         );
         // Of the paper's arm the weights remain.
         assert_eq!((x.arm, x.arm.joints()), (Setup::best().arm, 2));
+    }
+
+    #[test]
+    fn servos_of_an_option_are_on_the_arm_and_known_to_the_board() {
+        let overrides = Overrides {
+            firmware: Some([Firmware::XSeries; 2]),
+            ..Overrides::default()
+        };
+        let demo = Scenario::load("demo", &overrides).unwrap();
+        let (board, plant) = (demo.settings.setup, demo.bench.plant);
+        assert_eq!(board.joints, plant.board_setup(board).joints);
+        assert_eq!(plant.firmware(), Firmware::XSeries);
     }
 
     #[test]

@@ -122,6 +122,8 @@ fn board(args: &BoardArgs) -> Result<(), Error> {
         );
     }
     let config = virtual_arm::config(&args.arm)?;
+    let firmware = args.servos.firmware()?;
+    let config = firmware.map_or(config, |[first, _]| config.with_servos(first));
     let kinds = args.servos.kinds(config.firmware())?;
     let plant = Plant::new(config, args.arm.seed);
     let mut options = Options::new(Bench::with_servos(plant, &kinds));

@@ -174,6 +174,26 @@ impl PlantConfig {
         }
     }
 
+    /// The same arm with servos of this firmware, if it has others: their encoders, at zero in the middle, and
+    /// for the X series the motors of its model.
+    #[must_use]
+    pub fn with_servos(mut self, firmware: Firmware) -> Self {
+        let encoder = Encoder::of(firmware);
+        for joint in &mut self.joints {
+            if joint.encoder() == Some(encoder) {
+                continue;
+            }
+            *joint = match encoder {
+                Encoder::Ax12a => Joint::paper(),
+                Encoder::XSeries => Joint {
+                    gain_counts_per_nm: decimal(self.x_servo.pwm_counts_per_nm()),
+                    ..Joint::x_series()
+                },
+            };
+        }
+        self
+    }
+
     /// True parameters of the arm, with both scales.
     pub fn true_arm(&self) -> Parameters<f64> {
         let (arm, scale) = (self.arm, self.inertia_scale);

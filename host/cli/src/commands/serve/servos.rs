@@ -133,6 +133,8 @@ fn one_each<T: Copy>(
 
 pub(super) fn run(args: &ServosArgs) -> Result<(), Error> {
     let config = virtual_arm::config(&args.arm)?;
+    let firmware = args.firmware.first();
+    let config = firmware.map_or(config, |first| config.with_servos(*first));
     let kinds = args.kinds(config.firmware())?;
     let mut bench = Bench::with_servos(Plant::new(config, args.arm.seed), &kinds);
     bench.set_baud(args.baud);
