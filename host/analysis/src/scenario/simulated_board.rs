@@ -43,10 +43,12 @@ pub(super) fn settings(plant: &PlantConfig) -> Vec<(String, Value)> {
 
 #[cfg(test)]
 mod tests {
+    use armbridge_board::bridge::SERVO_IDS;
     use armbridge_link::experiment::Role;
     use armbridge_link::message::{Command, Settings, Setup};
-    use armbridge_servo::Firmware;
+    use armbridge_servo::{Firmware, JOINTS};
     use armbridge_sim::plant::PlantFile;
+    use armbridge_sim::servo_kind::ServoKind;
 
     use super::super::{Overrides, Scenario};
     use crate::plan_runner::plan::Action;
@@ -76,6 +78,45 @@ mod tests {
         );
         // Of the paper's arm the weights remain.
         assert_eq!((x.arm, x.arm.joints()), (Setup::best().arm, 2));
+    }
+
+    #[test]
+    fn servos_are_those_of_the_options_then_of_the_scenario_then_of_the_arm() {
+        let servos = |name: &str, overrides: &Overrides| {
+            Scenario::load(name, overrides).map(|scenario| scenario.bench.servos)
+        };
+        let of = |firmware, baud| {
+            let ids = SERVO_IDS.iter();
+            let kinds = ids.map(|id| ServoKind::new(firmware, id.get(), baud).unwrap());
+            kinds.collect::<Vec<ServoKind>>()
+        };
+        let faster = Overrides {
+            servo_baud: Some(2_000_000),
+            ..Overrides::default()
+        };
+        let own = servos("pendulum", &faster).unwrap();
+        assert_eq!(own, of(Firmware::XSeries, 2_000_000));
+        let arm = Overrides {
+            plant: Some(PlantFile::load("xl430").unwrap()),
+            ..Overrides::default()
+        };
+        let of_arm = servos("demo", &arm).unwrap();
+        assert_eq!(of_arm, of(Firmware::XSeries, 1_000_000));
+        let others = Overrides {
+            firmware: Some([Firmware::Stock; JOINTS]),
+            ..arm
+        };
+        let others = servos("demo", &others).unwrap();
+        assert_eq!(others, of(Firmware::Stock, 1_000_000));
+        let unknown = Overrides {
+            servo_baud: Some(750_000),
+            ..Overrides::default()
+        };
+        let error = servos("demo", &unknown).unwrap_err().to_string();
+        assert!(
+            error.starts_with("--servo-baud: ") && error.contains("750000"),
+            "{error}"
+        );
     }
 
     #[test]

@@ -1,4 +1,3 @@
-use armbridge_board::bridge::SERVO_IDS;
 use armbridge_client::LinkStats;
 use armbridge_link::experiment::Conclusion;
 use armbridge_link::message::{Command, Record};
@@ -254,45 +253,6 @@ fn every_built_in_scenario_succeeds() {
         assert!(is_success, "{}: {ending:?}", builtin.name);
         assert_eq!(missed, Vec::<String>::new(), "{}", builtin.name);
     }
-}
-
-#[test]
-fn servos_are_those_of_the_options_then_of_the_scenario_then_of_the_arm() {
-    let servos = |name: &str, overrides: &Overrides| {
-        Scenario::load(name, overrides).map(|scenario| scenario.bench.servos)
-    };
-    let of = |firmware, baud| {
-        let ids = SERVO_IDS.iter();
-        let kinds = ids.map(|id| ServoKind::new(firmware, id.get(), baud).unwrap());
-        kinds.collect::<Vec<ServoKind>>()
-    };
-    let faster = Overrides {
-        servo_baud: Some(2_000_000),
-        ..Overrides::default()
-    };
-    let own = servos("pendulum", &faster).unwrap();
-    assert_eq!(own, of(Firmware::XSeries, 2_000_000));
-    let arm = Overrides {
-        plant: Some(PlantFile::load("xl430").unwrap()),
-        ..Overrides::default()
-    };
-    let of_arm = servos("demo", &arm).unwrap();
-    assert_eq!(of_arm, of(Firmware::XSeries, 1_000_000));
-    let others = Overrides {
-        firmware: Some([Firmware::Stock; JOINTS]),
-        ..arm
-    };
-    let others = servos("demo", &others).unwrap();
-    assert_eq!(others, of(Firmware::Stock, 1_000_000));
-    let unknown = Overrides {
-        servo_baud: Some(750_000),
-        ..Overrides::default()
-    };
-    let error = servos("demo", &unknown).unwrap_err().to_string();
-    assert!(
-        error.starts_with("--servo-baud: ") && error.contains("750000"),
-        "{error}"
-    );
 }
 
 #[test]
