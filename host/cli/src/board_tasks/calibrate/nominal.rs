@@ -5,8 +5,7 @@
 //! the stall torque at the model's nominal supply; in current control mode a count is one of the
 //! goal current.
 
-use armbridge_control::actuator::{Direction, Joint};
-use armbridge_control::encoder::Encoder;
+use armbridge_control::actuator::Joint;
 use armbridge_servo::ControlMode;
 use armbridge_servo::protocol2::model::{MODELS, Model};
 
@@ -73,11 +72,8 @@ pub(super) fn find(name: &str) -> Option<&'static Model> {
 pub(super) fn calibration(gain: Gain) -> Joint<f32> {
     let (Gain::Duty(gain_counts_per_nm) | Gain::Current(gain_counts_per_nm, _)) = gain;
     Joint {
-        zero_count: Encoder::XSeries.middle_count().into(),
-        rad_per_count: Encoder::XSeries.nominal_rad_per_count() as f32,
-        direction: Direction::Forward,
         gain_counts_per_nm,
-        offset_counts: 0.0,
+        ..Joint::x_series()
     }
 }
 
