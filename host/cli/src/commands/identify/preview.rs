@@ -20,19 +20,21 @@ pub(super) fn as_text(preview: &Preview) -> String {
     } else {
         String::new()
     };
-    let limits = preview.limit_rad.iter().take(preview.joints);
-    let both = |texts: Vec<String>| texts.join(" and ");
-    let limits_rad = both(limits.clone().map(|limit| format!("{limit:.2}")).collect());
-    let degrees = limits.map(|limit| format!("{:.0}", limit.to_degrees()));
+    let limits = &preview.limit_rad[..preview.joints];
+    let limits_rad: Vec<String> = limits.iter().map(|limit| format!("{limit:.2}")).collect();
+    let limits_rad = limits_rad.join(" and ");
+    let degrees = limits
+        .iter()
+        .map(|limit| format!("{:.0}", limit.to_degrees()));
+    let degrees = degrees.collect::<Vec<String>>().join(" and ");
     format!(
         "{}: {}, {} steps in {:.1} s\n\n{}{more}\nThe board switches off beyond {limits_rad} rad \
-         ({}°), and ends an\nexperiment when a joint leaves its envelope, in brackets above.\n",
+         ({degrees}°), and ends an\nexperiment when a joint leaves its envelope, in brackets above.\n",
         preview.name,
         preview.title,
         preview.stages.len(),
         preview.end_s,
         table(preview),
-        both(degrees.collect()),
     )
 }
 
