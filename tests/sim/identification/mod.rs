@@ -7,8 +7,8 @@
 mod arms;
 mod bad_data;
 mod checks;
-mod one_joint;
 mod paper;
+mod shipped_plan;
 mod tracking_loop;
 
 use core::f64::consts::TAU;

@@ -168,3 +168,21 @@ impl Trace {
         end
     }
 }
+
+/// Standard deviation of the noise of this number of encoders in counts, from second differences of the
+/// positions: the arm's accelerations are negligible there.
+pub(super) fn encoder_noise_counts(traces: &[Trace], joints: usize) -> f64 {
+    let (mut squares, mut count) = (0.0, 0.0);
+    for three in traces.iter().flat_map(|trace| trace.counts.windows(3)) {
+        let [before, here, after] = [0, 1, 2].map(|tick| three[tick].map(|c| c.map(f64::from)));
+        for ((a, b), c) in before.into_iter().zip(here).zip(after).take(joints) {
+            if let (Some(a), Some(b), Some(c)) = (a, b, c) {
+                // Noise enters with weights 1, -2 and 1.
+                squares += (a - 2.0 * b + c).powi(2) / 6.0;
+                count += 1.0;
+            }
+        }
+    }
+    // Rounding alone is a third of a count.
+    f64::sqrt(squares / f64::max(count, 1.0)).max(0.5)
+}

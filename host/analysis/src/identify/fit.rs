@@ -6,7 +6,7 @@ use nalgebra::SMatrix;
 
 use super::arm::KnownParameters;
 use super::cost::{BLOCK, INITIAL_STATES};
-use super::dataset::Trace;
+use super::dataset::{Trace, encoder_noise_counts};
 use super::fit_result::FitResult;
 use super::initial_guess::{InitialGuessError, initial_guess};
 use super::load::LoadEstimate;
@@ -19,7 +19,7 @@ use super::stiction::StaticFrictionFit;
 /// Longest windows of each stage, in ticks: in short ones a wrong parameter leads less far
 /// astray, long ones are more sensitive to a right one.
 const STAGES: [usize; 3] = [400, 1_000, 1_000];
-/// Initial variance of a residual, in counts squared: noise of a count, rounded.
+/// Least initial variance of a residual, in counts squared: noise of a count, rounded.
 const VARIANCE_COUNTS2: f64 = 1.0 + 1.0 / 12.0;
 /// Initial guess of the friction in N m per N m that the gears transmit, where there is any: that of
 /// an XL330 (`armbridge identify pendulum`).
@@ -36,16 +36,17 @@ pub(super) fn fit(
     known: &KnownParameters,
     prior: &Prior,
 ) -> Result<FitResult, InitialGuessError> {
+    let noise_counts = encoder_noise_counts(traces, known.joints).max(VARIANCE_COUNTS2.sqrt());
     let mut result = FitResult {
         coordinates: initial_guess(traces, known, &prior.mean)?,
         covariance: SMatrix::zeros(),
         deviation_without_weight: [0.0; COUNT],
-        noise_counts: VARIANCE_COUNTS2.sqrt(),
+        noise_counts,
         stribeck: [None; JOINTS],
         load: [None; JOINTS],
         static_friction: [None; JOINTS],
         window_fits: Vec::new(),
-        outlier_limit_counts2: VARIANCE_COUNTS2,
+        outlier_limit_counts2: noise_counts.powi(2),
     };
     let mut ambiguity = [0.0; COUNT];
     for (number, len) in STAGES.into_iter().enumerate() {

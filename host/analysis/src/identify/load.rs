@@ -36,6 +36,9 @@ impl LoadEstimate {
 
 /// Initial distance between the points, unless the guess has a standard error.
 const HALF_WIDTH: f64 = 0.02;
+/// Least distance, a typical standard error: nearer, a window that sticks in one motion and slides in
+/// the next makes the loss jump, and a parabola through a jump has any width.
+const HALF_WIDTH_MIN: f64 = 3e-4;
 /// Largest rise of the loss from the middle to the outer points at the end: three standard errors.
 const RISE_MAX: f64 = 9.0;
 /// Rise at which the distance aims.
@@ -59,7 +62,7 @@ pub(super) fn fit_load(
         known.load[joint] = load;
         profile.evaluate(&known, coordinates)
     };
-    let mut half = HALF_WIDTH.min(RISE.sqrt() * initial.error);
+    let mut half = (RISE.sqrt() * initial.error).clamp(HALF_WIDTH_MIN, HALF_WIDTH);
     let mut load = initial.load.clamp(half, Friction::LOAD_MAX - half);
     let around = |load: f64, half: f64, coordinates: [f64; COUNT]| -> [Point; 3] {
         let middle = evaluate(load, coordinates);
@@ -85,8 +88,8 @@ pub(super) fn fit_load(
         let step = -gradient / curvature;
         load += step;
         let rise = 0.5 * curvature * half * half;
-        if rise > RISE_MAX {
-            half *= (RISE / rise).sqrt().clamp(0.1, 0.5);
+        if rise > RISE_MAX && half > HALF_WIDTH_MIN {
+            half = (half * (RISE / rise).sqrt().clamp(0.1, 0.5)).max(HALF_WIDTH_MIN);
             [below, middle, above] = around(load, half, middle.coordinates);
             continue;
         }

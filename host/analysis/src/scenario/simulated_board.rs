@@ -1,18 +1,18 @@
 //! Settings of a simulated board for its bench: what `armbridge calibrate` and `armbridge setup` set on
 //! a real one before the first run.
 //!
-//! A new board has the calibration of AX-12A and an arm of two joints. Without the nominal calibration of
-//! the model of its X servos, and their number, it refuses to be armed. The length and the mass of an arm of
-//! one joint are known from ruler and scale. All else of the virtual arm remains unknown to the board. A board
-//! whose settings have been read keeps those.
+//! A new board has the calibration of AX-12A and the paper's arm of two joints. Without the nominal calibration
+//! of the model of its X servos, and their number, it refuses to be armed. The lengths and masses of another arm with
+//! X servos, or of one joint, are known from ruler and scale: its own weight is what the estimates are scaled by.
+//! The inertia of a joint is mostly that of the geared rotor, so that of an X servo is assumed to be an AX-12A's in
+//! the ratio of their stall torques, 1.5 times that of the arms that ship. All else of the virtual arm remains
+//! unknown to the board: friction, motors. A board whose settings have been read keeps those.
 
+use armbridge_control::arm::Parameters;
 use armbridge_control::encoder::Encoder;
 use armbridge_servo::Firmware;
 use armbridge_sim::plant::PlantConfig;
 use toml::Value;
-
-/// Parameters of the second link.
-const LINK_2: [&str; 4] = ["arm.l2_m", "arm.m2_kg", "arm.i2x_kg_m2", "arm.i2z_kg_m2"];
 
 /// Changes of a new board's settings for the servos of this arm, in the order of their application.
 pub(super) fn settings(plant: &PlantConfig) -> Vec<(String, Value)> {
@@ -32,18 +32,52 @@ pub(super) fn settings(plant: &PlantConfig) -> Vec<(String, Value)> {
             changes.extend(values);
         }
     }
-    if plant.arm.joints() == 1 {
-        let link_1 = [("arm.l1_m", plant.arm.l1), ("arm.m1_kg", plant.arm.m1)];
-        let link_2 = LINK_2.map(|name| (name, 0.0));
-        let links = link_1.into_iter().chain(link_2);
-        changes.extend(links.map(|(name, value)| (name.into(), value.into())));
-    }
+    changes.extend(
+        arm_settings(plant)
+            .into_iter()
+            .map(|(name, value)| (name.into(), value.into())),
+    );
     changes
+}
+
+/// What is known of an arm that is not the paper's.
+fn arm_settings(plant: &PlantConfig) -> Vec<(&'static str, f64)> {
+    let (arm, paper) = (&plant.arm, Parameters::paper());
+    let measured = Parameters {
+        l1: arm.l1,
+        m1: arm.m1,
+        l2: arm.l2,
+        m2: arm.m2,
+        ..paper
+    };
+    let has_x_servos = plant.firmware() == Firmware::XSeries;
+    let has_one_joint = arm.joints() == 1;
+    if measured == paper || !(has_x_servos || has_one_joint) {
+        return Vec::new();
+    }
+    let mut settings = vec![
+        ("arm.l1_m", arm.l1),
+        ("arm.m1_kg", arm.m1),
+        ("arm.l2_m", arm.l2),
+        ("arm.m2_kg", arm.m2),
+    ];
+    if has_x_servos {
+        let rotor = f64::from(plant.x_servo.stall_nm) / PlantConfig::default().torque_limit_nm;
+        settings.extend([
+            ("arm.i1x_kg_m2", paper.i1x * rotor),
+            ("arm.i2y_kg_m2", paper.i2y * rotor),
+        ]);
+    }
+    if has_one_joint {
+        settings.extend([("arm.i2x_kg_m2", 0.0), ("arm.i2z_kg_m2", 0.0)]);
+    }
+    settings
 }
 
 #[cfg(test)]
 mod tests {
     use armbridge_board::bridge::SERVO_IDS;
+    use armbridge_control::arm::Parameters;
     use armbridge_link::experiment::Role;
     use armbridge_link::message::{Command, Settings, Setup};
     use armbridge_servo::{Firmware, JOINTS};
@@ -76,8 +110,25 @@ mod tests {
             Setup::default().joints,
             "that of a board that was read"
         );
-        // Of the paper's arm the weights remain.
-        assert_eq!((x.arm, x.arm.joints()), (Setup::best().arm, 2));
+    }
+
+    #[test]
+    fn a_new_board_knows_lengths_and_masses_of_an_arm_of_other_servos() {
+        let arm = |plant: &str| identify(plant, None).settings.setup.arm;
+        let paper = Setup::best().arm;
+        assert_eq!(arm("heavy"), paper);
+        let rotor = 1.4 / 1.5;
+        let (inertia, xl430) = (paper.i1x * rotor, arm("xl430"));
+        assert!((xl430.i1x - inertia).abs() < 1e-6 && (xl430.i2y - inertia).abs() < 1e-6);
+        let measured = Parameters {
+            m1: 0.05827,
+            m2: 0.227,
+            i1x: xl430.i1x,
+            i2y: xl430.i2y,
+            ..paper
+        };
+        assert_eq!(xl430, measured);
+        assert_eq!((arm("pendulum").m2, arm("pendulum").joints()), (0.0, 1));
     }
 
     #[test]

@@ -1,21 +1,23 @@
 //! Warnings about a fit, in words.
 
+use super::super::dataset::encoder_noise_counts;
 use super::super::fit_result::FitResult;
 use super::Checks;
 use super::model_errors::{NEGLIGIBLE_NM, SIGNIFICANT};
 
-/// Residual in counts above which it is not encoder noise alone.
-const NOISE_COUNTS: f64 = 1.2;
+/// Ratio of residual to encoder noise above which it is not that noise alone.
+const NOISE_RATIO: f64 = 1.15;
 /// Largest tolerated fraction of outliers among the windows.
 const OUTLIER_FRACTION: f64 = 0.05;
 
 /// Warnings, a sentence each.
 pub(super) fn warnings(fit: &FitResult, checks: &Checks) -> Vec<String> {
     let mut warnings = Vec::new();
-    if fit.noise_counts > NOISE_COUNTS {
+    let encoder_counts = encoder_noise_counts(&checks.traces, checks.whiteness.len());
+    if fit.noise_counts > NOISE_RATIO * encoder_counts {
         warnings.push(format!(
-            "residual of {:.2} counts, above the encoder's noise: the model is not quite this \
-             arm, and intervals may be too narrow",
+            "residual of {:.2} counts, above the encoders' noise of {encoder_counts:.2}: the model is \
+             not quite this arm, and intervals may be too narrow",
             fit.noise_counts
         ));
     }

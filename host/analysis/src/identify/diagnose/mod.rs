@@ -23,7 +23,7 @@ use armbridge_servo::JOINTS;
 
 use super::arm::KnownParameters;
 use super::cost::WindowFit;
-use super::dataset::Trace;
+use super::dataset::{Trace, encoder_noise_counts};
 use super::fit::fit;
 use super::fit_result::FitResult;
 use super::initial_guess::InitialGuessError;
@@ -110,7 +110,7 @@ pub fn check_fit(
         });
     }
     let (outliers, windows) = (fit.outliers(), fit.window_fits.len());
-    let is_noisy = fit.noise_counts > NOISE_RATIO * noise_counts(traces, known.joints);
+    let is_noisy = fit.noise_counts > NOISE_RATIO * encoder_noise_counts(traces, known.joints);
     if is_noisy || outliers as f64 > OUTLIER_FRACTION * windows as f64 {
         let mut all: Vec<f64> = fit.window_fits.iter().map(WindowFit::rms_counts).collect();
         all.sort_by(f64::total_cmp);
@@ -118,28 +118,10 @@ pub fn check_fit(
             outliers,
             windows,
             rms_counts: all.get(windows / 2).copied().unwrap_or(f64::NAN),
-            noise_counts: noise_counts(traces, known.joints),
+            noise_counts: encoder_noise_counts(traces, known.joints),
         });
     }
     Ok(())
-}
-
-/// Standard deviation of the noise of this number of encoders in counts, from second differences of the
-/// positions: the arm's accelerations are negligible there.
-fn noise_counts(traces: &[Trace], joints: usize) -> f64 {
-    let (mut squares, mut count) = (0.0, 0.0);
-    for three in traces.iter().flat_map(|trace| trace.counts.windows(3)) {
-        let [before, here, after] = [0, 1, 2].map(|tick| three[tick].map(|c| c.map(f64::from)));
-        for ((a, b), c) in before.into_iter().zip(here).zip(after).take(joints) {
-            if let (Some(a), Some(b), Some(c)) = (a, b, c) {
-                // Noise enters with weights 1, -2 and 1.
-                squares += (a - 2.0 * b + c).powi(2) / 6.0;
-                count += 1.0;
-            }
-        }
-    }
-    // Rounding alone is a third of a count.
-    f64::sqrt(squares / f64::max(count, 1.0)).max(0.5)
 }
 
 fn smoothed(traces: &[Trace], known: &KnownParameters, zero: [f64; JOINTS]) -> Vec<Trace> {
