@@ -5,45 +5,27 @@
 //! servos; inertia, friction and motors are not.
 
 use armbridge_analysis::identify::{ArmFit, Estimate, FitData, Quantity};
-use armbridge_control::actuator::Joint;
+use armbridge_analysis::scenario::{Overrides, Scenario};
 use armbridge_control::arm::Parameters;
 use armbridge_link::message::{Settings, Setup};
 use armbridge_servo::{Firmware, JOINTS};
 use armbridge_sim::plant::{PlantConfig, PlantFile};
+use armbridge_tests::plant;
 use armbridge_tests::random_arms::plan::{perform, shipped};
-use armbridge_tests::{calibrations, plant};
 
-/// Inertia of an arm of XL330, over the paper's, that the board believes in: twice the true one.
-const INERTIA: f32 = 0.456;
+/// A simulated board for an arm that ships, as `armbridge identify run` starts it.
+fn board_for(plant: &PlantFile) -> Setup {
+    let overrides = Overrides {
+        plant: Some(plant.clone()),
+        ..Overrides::default()
+    };
+    let scenario = Scenario::load("identify", &overrides).unwrap();
+    scenario.settings.setup
+}
 
-/// Identifies this arm by a board that knows its lengths and masses.
-fn identified(config: &PlantConfig) -> (Settings, ArmFit) {
-    let mut known = Parameters {
-        l1: config.arm.l1 as f32,
-        m1: config.arm.m1 as f32,
-        l2: config.arm.l2 as f32,
-        m2: config.arm.m2 as f32,
-        ..Parameters::paper()
-    };
-    if config.arm.joints() == 1 {
-        (known.i2x, known.i2z) = (0.0, 0.0);
-    }
-    if config.firmware() == Firmware::XSeries {
-        known.i1x *= INERTIA;
-        known.i2y *= INERTIA;
-    }
-    let nominal = |joint| match config.firmware() {
-        Firmware::XSeries => Joint {
-            gain_counts_per_nm: config.x_servo.pwm_counts_per_nm(),
-            ..joint
-        },
-        _ => joint,
-    };
-    let setup = shipped(Setup {
-        arm: known,
-        joints: calibrations(config.firmware()).map(nominal),
-        ..Setup::best()
-    });
+/// Identifies this arm by a board that had this set-up.
+fn identified(config: &PlantConfig, board: Setup) -> (Settings, ArmFit) {
+    let setup = shipped(board);
     let settings = Settings {
         setup,
         ..Settings::default()
@@ -65,8 +47,8 @@ fn ratio(fit: &ArmFit, joint: usize, name: &str, truth: f64) -> f64 {
     estimate.expect("an estimate of that name").value / truth
 }
 
-fn is_identified(config: &PlantConfig) -> ArmFit {
-    let (before, fit) = identified(config);
+fn is_identified(config: &PlantConfig, board: Setup) -> ArmFit {
+    let (before, fit) = identified(config, board);
     println!("{}", fit.report.table());
     let joints = config.arm.joints();
     let estimates = &fit.report.estimates;
@@ -101,32 +83,40 @@ fn is_identified(config: &PlantConfig) -> ArmFit {
 fn an_arm_of_one_morpheus_servo_is_identified_by_the_plan_that_ships() {
     let config = plant([0.0, 0.0], true);
     assert_eq!(config.firmware(), Firmware::Morpheus);
-    is_identified(&PlantConfig {
-        arm: Parameters {
-            l1: 0.2,
-            m1: 0.3,
-            i1x: 0.016,
-            b1: 0.3,
-            l2: 0.0,
-            m2: 0.0,
-            i2x: 0.0,
-            i2z: 0.0,
-            ..Parameters::paper()
-        },
-        ..config
-    });
+    let arm = Parameters {
+        l1: 0.2,
+        m1: 0.3,
+        l2: 0.0,
+        m2: 0.0,
+        i2x: 0.0,
+        i2z: 0.0,
+        ..Parameters::paper()
+    };
+    let board = Setup {
+        arm: arm.map(|number| number as f32),
+        ..Setup::best()
+    };
+    let arm = Parameters {
+        i1x: 0.016,
+        b1: 0.3,
+        ..arm
+    };
+    is_identified(&PlantConfig { arm, ..config }, board);
 }
 
 #[test]
 fn the_pendulum_of_one_x_servo_is_identified_by_the_plan_that_ships() {
-    let config = PlantFile::load("pendulum").unwrap().config([0.0, 0.0]);
-    is_identified(&config);
+    let plant = PlantFile::load("pendulum").unwrap();
+    is_identified(&plant.config([0.0, 0.0]), board_for(&plant));
 }
 
 #[test]
 fn a_light_arm_of_x_servos_is_identified_by_the_plan_that_ships() {
-    let config = PlantFile::load("xl330").unwrap().config([0.0, 0.0]);
-    let fit = is_identified(&config);
+    let plant = PlantFile::load("xl330").unwrap();
+    let (config, mut board) = (plant.config([0.0, 0.0]), board_for(&plant));
+    board.arm.i1x = 2.0 * config.arm.i1x as f32;
+    board.arm.i2y = 2.0 * config.arm.i2y as f32;
+    let fit = is_identified(&config, board);
     for joint in 0..JOINTS {
         let ratio = ratio(&fit, joint, "load friction", 0.17);
         assert!((ratio - 1.0).abs() < 0.02, "load friction: {ratio:.3}");
@@ -135,8 +125,9 @@ fn a_light_arm_of_x_servos_is_identified_by_the_plan_that_ships() {
 
 #[test]
 fn an_arm_of_noisy_encoders_is_identified_by_the_plan_that_ships() {
-    let config = PlantFile::load("rough").unwrap().config([0.0, 0.0]);
-    let fit = is_identified(&config);
+    let plant = PlantFile::load("rough").unwrap();
+    let config = plant.config([0.0, 0.0]);
+    let fit = is_identified(&config, board_for(&plant));
     let (noise, rounding) = (config.noise_lsb_rms, 1.0 / 12.0);
     let expected = (noise * noise + rounding).sqrt();
     assert!((fit.result.noise_counts / expected - 1.0).abs() < 0.05);
