@@ -36,8 +36,8 @@ impl LoadEstimate {
 
 /// Initial distance between the points, unless the guess has a standard error.
 const HALF_WIDTH: f64 = 0.02;
-/// Least distance, a typical standard error: nearer, a window that sticks in one motion and slides in
-/// the next makes the loss jump, and a parabola through a jump has any width.
+/// Least distance, about half a standard error: nearer, the loss of some logs jumps, that of the plant
+/// `pendulum` by 1400 within 10⁻⁸, and a parabola through a jump has any width.
 const HALF_WIDTH_MIN: f64 = 3e-4;
 /// Largest rise of the loss from the middle to the outer points at the end: three standard errors.
 const RISE_MAX: f64 = 9.0;

@@ -5,8 +5,8 @@
 //! of the model of its X servos, and their number, it refuses to be armed. The lengths and masses of another arm with
 //! X servos, or of one joint, are known from ruler and scale: its own weight is what the estimates are scaled by.
 //! The inertia of a joint is mostly that of the geared rotor, so that of an X servo is assumed to be an AX-12A's in
-//! the ratio of their stall torques, 1.5 times that of the arms that ship. All else of the virtual arm remains
-//! unknown to the board: friction, motors. A board whose settings have been read keeps those.
+//! the ratio of their stall torques, 1.5 times that of the arms `xl330` and `xl430`. All else of the virtual arm
+//! remains unknown to the board: friction, motors. A board whose settings have been read keeps those.
 
 use armbridge_control::arm::Parameters;
 use armbridge_control::encoder::Encoder;
