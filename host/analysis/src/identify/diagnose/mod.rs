@@ -110,7 +110,8 @@ pub fn check_fit(
         });
     }
     let (outliers, windows) = (fit.outliers(), fit.window_fits.len());
-    let is_noisy = fit.noise_counts > NOISE_RATIO * encoder_noise_counts(traces, known.joints);
+    let noise_counts = encoder_noise_counts(traces, known.joints);
+    let is_noisy = fit.noise_counts > NOISE_RATIO * noise_counts;
     if is_noisy || outliers as f64 > OUTLIER_FRACTION * windows as f64 {
         let mut all: Vec<f64> = fit.window_fits.iter().map(WindowFit::rms_counts).collect();
         all.sort_by(f64::total_cmp);
@@ -118,7 +119,7 @@ pub fn check_fit(
             outliers,
             windows,
             rms_counts: all.get(windows / 2).copied().unwrap_or(f64::NAN),
-            noise_counts: encoder_noise_counts(traces, known.joints),
+            noise_counts,
         });
     }
     Ok(())
