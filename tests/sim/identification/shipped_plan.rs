@@ -16,7 +16,7 @@ use armbridge_tests::random_arms::plan::{perform, shipped};
 /// A simulated board for an arm that ships, as `armbridge identify run` starts it.
 fn board_for(plant: &PlantFile) -> Setup {
     let overrides = Overrides {
-        plant: Some(plant.clone()),
+        plant: Some(*plant),
         ..Overrides::default()
     };
     let scenario = Scenario::load("identify", &overrides).unwrap();
